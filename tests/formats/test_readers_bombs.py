@@ -144,7 +144,7 @@ def test_netcdf_files_that_cannot_be_opened_leave_nothing_open(tmp_path: Path, s
     path, leaks = tmp_path / "v.nc", 0
     before = open_files()
     random = np.random.default_rng(3)
-    for _ in range(60):
+    for _ in range(30):
         damaged = bytearray(small_netcdf)
         for at in random.integers(8, len(damaged), 30):
             damaged[at] = random.integers(256)

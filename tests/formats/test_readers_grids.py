@@ -106,7 +106,7 @@ def test_it_is_scipys_interpolation(tmp_path: Path) -> None:
 def test_a_smooth_field_converges_with_order_two(tmp_path: Path) -> None:
     """Spacings halve where the samples double; the stretched coordinates of both lie on one smooth map."""
     errors = []
-    for count in (17, 33, 65):
+    for count in (9, 17, 33):
         fractions = np.linspace(0, 1, count)
         axes = [
             fractions + 0.15 * fractions * (1 - fractions),

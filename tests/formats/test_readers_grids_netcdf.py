@@ -294,15 +294,18 @@ def test_the_real_atmosphere() -> None:
         source = np.array(dataset["rhumidity"][0], np.float64)
     volume = load(path)
     assert volume.notes[0].startswith("variable rhumidity (relative humidity), the first of 3: rhumidity, var3, t;")
-    points = points_of(volume)
+    last = volume.origin + volume.world_from_index @ (np.array(volume.dimensions) - 1)
+    points = points_of(volume, 5)
     for axis in range(3):
         np.testing.assert_allclose(points[0, 0, 0, axis], axes[axis][0])
-        np.testing.assert_allclose(points[-1, -1, -1, axis], axes[axis][-1])
+        np.testing.assert_allclose(last[axis], axes[axis][-1])
     upwards = [axes[0], axes[1][::-1], axes[2][::-1]]
     theirs = RegularGridInterpolator(upwards[::-1], source[::-1, ::-1])(
         np.clip(points[..., ::-1], *[[axis[end] for axis in upwards[::-1]] for end in (0, -1)])
     )
-    np.testing.assert_allclose(volume.values, theirs, rtol=0, atol=1e-6)  # of values up to 1.3 in float32
+    np.testing.assert_allclose(
+        volume.values[::5, ::5, ::5], theirs, rtol=0, atol=1e-6
+    )  # of values up to 1.3 in float32
     assert volume.dimensions[0] == 192
     assert volume.resampling["rms_error_share"] < 0.01
     assert load(path, variable="t").notes[0] == "variable t (temperature, K)"

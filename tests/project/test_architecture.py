@@ -129,10 +129,9 @@ def test_the_top_has_the_public_names_only(tmp_path: Path) -> None:
 
 
 def test_a_file_fits_its_page() -> None:
-    trees = TREES | {path: parsed(path) for path in (REPOSITORY / "tests").rglob("*.py")}
-    texts = {path: path.read_text(encoding="utf-8") for path in trees}
+    texts = {path: path.read_text(encoding="utf-8") for path in (*SOURCES, *(REPOSITORY / "tests").rglob("*.py"))}
     assert not [str(path) for path, text in texts.items() if len(text.splitlines()) >= 400]
-    silent = [str(path) for path, tree in trees.items() if texts[path] and not ast.get_docstring(tree)]
+    silent = [str(path) for path, text in texts.items() if text and not re.match(r'r?"""\s*[^\s"]', text)]
     assert not silent, "a module says in its docstring what its one idea is"
 
 

@@ -87,7 +87,7 @@ def test_the_plots_show_something(folder: Path) -> None:
     for name in ("pareto-max.png", "pareto-rms.png"):
         picture = image.read(folder / "out" / name)
         assert picture.shape[1] > 1000
-        assert len(np.unique(picture[..., :3].mean(axis=2))) > 100
+        assert len(np.unique(picture[::4, ::4, :3].mean(axis=2))) > 100
 
 
 class _Page(HTMLParser):

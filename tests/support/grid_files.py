@@ -43,9 +43,10 @@ def warped(dimensions: Sequence[int]) -> NDArray[np.float64]:
     return np.stack([x, y, 1.5 * w + 0.1 * u * v + 0.05 * np.sin(3 * v)], axis=-1)
 
 
-def points_of(volume: Volume) -> NDArray[np.float64]:
-    """World positions of a volume's samples, shape (nz, ny, nx, 3)."""
-    return volume.origin + points_of_axes([np.arange(size) for size in volume.dimensions]) @ volume.world_from_index.T
+def points_of(volume: Volume, every: int = 1) -> NDArray[np.float64]:
+    """World positions of a volume's samples, or of every so many along each axis, shape (nz, ny, nx, 3)."""
+    indices = points_of_axes([np.arange(0, size, every) for size in volume.dimensions])
+    return volume.origin + indices @ volume.world_from_index.T
 
 
 def rectilinear(

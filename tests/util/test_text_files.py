@@ -188,13 +188,13 @@ def test_many_numbers_and_names_with_dots_are_no_long_key(tmp_path: Path) -> Non
     assert len(text_files.read_toml(path)["a"]) == 1000
 
 
-def test_a_million_numbers_are_read_in_seconds(tmp_path: Path) -> None:
-    points = [{"value": i, "color": [0, 0.5, 1], "extinction": 1} for i in range(100_000)]
+def test_a_quarter_of_a_million_numbers_are_read_in_seconds(tmp_path: Path) -> None:
+    points = [{"value": i, "color": [0, 0.5, 1], "extinction": 1} for i in range(50_000)]
     path = tmp_path / "a.json"
     path.write_text(json.dumps({"points": points}))
     begun = time.perf_counter()
-    assert TransferFunction.load(path).values.size == 100_000
-    assert time.perf_counter() - begun < 10
+    assert TransferFunction.load(path).values.size == 50_000
+    assert time.perf_counter() - begun < 5
 
 
 @pytest.mark.parametrize("key", ["materials", "contours", "boundaries", "graded"])

@@ -28,11 +28,14 @@ def trefoil(samples: int = 128) -> NDArray[np.float64]:
 
     u and v are complex coordinates on the sphere in four dimensions, projected to space from its pole.
     """
-    x, y, z = _axes(samples, 3.4)
-    square = x * x + y * y + z * z
-    u = 2 * (x + 1j * y) / (square + 1)
-    v = (2 * z + 1j * (square - 1)) / (square + 1)
-    return np.maximum(1 - np.abs(u**3 - v**2), 0)
+    x, y, heights = _axes(samples, 3.4)
+    knot = np.empty((samples,) * 3)
+    for layer, z in enumerate(heights):  # complex numbers of all layers would take 200 MB
+        square = x * x + y * y + z * z
+        u = 2 * (x + 1j * y) / (square + 1)
+        v = (2 * z + 1j * (square - 1)) / (square + 1)
+        knot[layer] = np.maximum(1 - np.abs(u**3 - v**2), 0)
+    return knot
 
 
 def gyroid(samples: int = 112) -> NDArray[np.float64]:
