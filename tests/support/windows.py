@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import csv
 import ctypes
 import json
@@ -20,6 +21,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from texvol.__main__ import main
 from texvol.formats.pictures import image
 
 REPOSITORY = Path(__file__).parents[2]
@@ -32,9 +34,7 @@ _STARTED: list[subprocess.Popen[str]] = []
 @pytest.fixture
 def display() -> Iterator[str]:
     """Name of a display of 1280 x 1024 pixels; windows that a test has left on it are ended."""
-    if not shutil.which("Xvfb"):
-        pytest.skip("Xvfb is not installed (Debian, Ubuntu: xvfb)")
-    yield _display()
+    yield display_of_all()
     while _STARTED:
         process = _STARTED.pop()
         if process.poll() is None:
@@ -43,8 +43,10 @@ def display() -> Iterator[str]:
 
 
 @cache
-def _display() -> str:
+def display_of_all() -> str:
     """The display, started when first wanted, for all tests of this process."""
+    if not shutil.which("Xvfb"):
+        pytest.skip("Xvfb is not installed (Debian, Ubuntu: xvfb)")
     read, write = os.pipe()
     server = subprocess.Popen(
         ["Xvfb", "-displayfd", str(write), "-screen", "0", "1280x1024x24", "-nolisten", "tcp"],
@@ -111,17 +113,9 @@ def viewed(display: str | None, folder: Path, *words: str) -> subprocess.Complet
 
 
 def texvol(folder: Path, *words: str) -> None:
-    """Another command, which has to succeed."""
-    done = subprocess.run(
-        [sys.executable, "-m", "texvol", *words],
-        cwd=folder,
-        env=environment(None, folder),
-        capture_output=True,
-        text=True,
-        timeout=PATIENCE,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
+    """Another command, in the folder and in this process, which has to succeed."""
+    with contextlib.chdir(folder):
+        assert main(words) == 0
 
 
 def script(folder: Path, steps: Sequence[dict[str, Any]], name: str = "script.jsonl") -> str:
