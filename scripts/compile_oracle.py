@@ -33,9 +33,8 @@ def compile_several() -> None:
 
 
 def compile_lit() -> None:
-    """One volume with light; gradients have single precision, or double where the values do."""
-    for kind in (np.float32, np.float64):
-        raycast(replace(scene(kind), lighting=Lighting()), SIZE)
+    """One volume with light."""
+    raycast(replace(scene(), lighting=Lighting()), SIZE)
 
 
 def compile_plain() -> None:

@@ -113,7 +113,7 @@ def test_a_reference_is_not_replaced_by_one_of_two_workers_unlike_pictures(updat
     assert "gives another picture of that name" in updated.text
 
 
-# The controller has the report of the first test when it writes the file.
+# The controller has the report of the first test when it writes "started"; the second one sleeps after "sleeping".
 CONFTEST = """
 import os
 
@@ -121,18 +121,19 @@ def pytest_runtest_logreport(report):
     if report.when == "teardown" and "PYTEST_XDIST_WORKER" not in os.environ:
         open("started", "w").close()
 """
+SLEEPER = "def test_two():\n    import time\n    open('sleeping', 'w').close()\n    time.sleep(60)\n"
 
 
 def test_a_run_of_workers_that_ctrl_c_ends_reports_what_there_was(tmp_path: Path) -> None:
     project = Project(tmp_path)
     project.store(waves())
     one = "def test_one(check_picture):\n    check_picture(waves(), 'waves')\n"
-    project.write(conftest=CONFTEST, test_it=f"{one}\ndef test_two():\n    import time\n    time.sleep(60)\n")
+    project.write(conftest=CONFTEST, test_it=f"{one}\n{SLEEPER}")
     line = [sys.executable, "-m", "pytest", "-n", "2", "--texvol-report", "report"]
     out = subprocess.DEVNULL
     with subprocess.Popen(line, cwd=tmp_path, env=ALONE, stdout=out, stderr=out, start_new_session=True) as run:
         deadline = time.monotonic() + 60
-        while not (tmp_path / "started").exists() and time.monotonic() < deadline:
+        while not {"started", "sleeping"} <= set(os.listdir(tmp_path)) and time.monotonic() < deadline:
             time.sleep(0.05)
         os.killpg(run.pid, signal.SIGINT)  # as a terminal does: the workers get it as well
         assert run.wait(timeout=60) == pytest.ExitCode.INTERRUPTED

@@ -26,7 +26,6 @@ from texvol.scene.volume import Volume
 
 HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `Lights`
 _KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
-_NO_GRADIENTS = np.zeros((1, 1, 1, 3), np.float32)
 _LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
 NODE_COUNT = 5  # see `collocation`
 MOST_LEVELS = 200  # halvings of an interval of large optical depth
@@ -79,6 +78,21 @@ class Graded(NamedTuple):
     full: Numbers
 
 
+class Gradients(NamedTuple):
+    """Gradients of all samples, (z, y, x, 3), in the precision that they have: the other array is empty.
+
+    One type for both, since the kernel for another one takes half a minute to compile.
+    """
+
+    single: NDArray[np.float32]
+    double: NDArray[np.float64]
+
+    @property
+    def present(self) -> NDArray[np.floating]:
+        """The one that is not empty; any, if both are."""
+        return self.single if self.single.size else self.double
+
+
 class LitScene(NamedTuple):
     """A scene of one volume, without samples and rays."""
 
@@ -100,9 +114,12 @@ class LitScene(NamedTuple):
     masked: bool  # True if a mask multiplies emission and extinction
 
 
-def gradients_of(scene: Scene) -> NDArray[np.floating]:
-    """Return the gradients of all samples, data units per smallest spacing; one zero if the scene needs none."""
-    return gradients(scene.volume, scene.gradient) if scene.needs_gradient else _NO_GRADIENTS
+def gradients_of(scene: Scene) -> Gradients:
+    """Return the gradients of all samples, data units per smallest spacing; none if the scene needs none."""
+    none = np.zeros((0, 0, 0, 3), np.float32)
+    found = gradients(scene.volume, scene.gradient) if scene.needs_gradient else none
+    double = found.dtype == np.float64
+    return Gradients(none if double else found, found if double else none.astype(np.float64))
 
 
 def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:

@@ -41,12 +41,20 @@ def load_cell(values, gradients, scene, cell, workspace):
         if scene.uses_gradient:
             square = 0.0
             for axis in range(3):
-                slope = scene.gradient_factor * gradients[k, j, i, axis]
+                slope = scene.gradient_factor * _gradient_at(gradients, k, j, i, axis)
                 slope = slope if isfinite(slope) else 0.0
                 workspace.slopes[axis, corner] = slope
                 square += slope * slope
             steepest = max(steepest, square)
     return low <= high and _may_show(scene, low, high, sqrt(steepest))
+
+
+@woven_in
+def _gradient_at(gradients, k, j, i, axis):
+    """Return a component of the gradient of a sample; one array of `gradients` is empty, see there."""
+    if gradients.single.shape[0] > 0:
+        return float(gradients.single[k, j, i, axis])
+    return gradients.double[k, j, i, axis]
 
 
 @woven_in

@@ -5,14 +5,22 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.ray_casting.common.cells import in_cell
 from texvol.ray_casting.common.compiling import compiled_and_cached, sources, uncounted, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace
 from texvol.ray_casting.common.walk import walk_grid
-from texvol.ray_casting.lit.arrays import LitScene, Ray, Workspace, gradients_of, lit_scene, workspace_for, world_rays
+from texvol.ray_casting.lit.arrays import (
+    Gradients,
+    LitScene,
+    Ray,
+    Workspace,
+    gradients_of,
+    lit_scene,
+    workspace_for,
+    world_rays,
+)
 from texvol.ray_casting.lit.cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
@@ -27,7 +35,7 @@ class _Ray(NamedTuple):
     step: Numbers
     world: Ray
     values: Numbers
-    gradients: NDArray
+    gradients: Gradients
     scene: LitScene
     preclassified: bool
     rounding: Numbers

@@ -100,7 +100,7 @@ def _samples_of(scene: Scene) -> tuple[NDArray, ...]:
         volume.values.reshape(-1).astype(np.float64),
         none[:, 0] if scene.mask is None else scene.mask.array.reshape(-1).astype(np.float64),
         none if volume.colors is None else volume.colors.reshape(-1, 3).astype(np.float64),
-        gradients_of(scene).reshape(-1, 3).astype(np.float64) if scene.needs_gradient else none,
+        gradients_of(scene).present.reshape(-1, 3).astype(np.float64),
     )
 
 

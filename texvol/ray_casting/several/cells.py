@@ -13,7 +13,7 @@ from texvol.ray_casting.common.bernstein import restricted, trilinear, value_at
 from texvol.ray_casting.common.cells import color_of_opaque_corners, has_weight, in_cell, point_between
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, cued
-from texvol.ray_casting.lit.arrays import NODE_COUNT
+from texvol.ray_casting.lit.arrays import NODE_COUNT, Gradients
 from texvol.ray_casting.lit.cells import (
     add_cubics,
     choose_between,
@@ -87,7 +87,8 @@ def _load(several, v, workspace):
     values = part_of(all_samples.values, v).reshape((nz, ny, nx))
     slopes = part_of(all_samples.gradients, v)
     planes = nz if slopes.shape[0] > 0 else 0
-    if not load_cell(values, slopes.reshape((planes, ny, nx, 3)), scene, cell, own):
+    slopes = slopes.reshape((planes, ny, nx, 3))
+    if not load_cell(values, Gradients(slopes, slopes), scene, cell, own):
         return False
     samples.values[v, :] = own.corners
     weights, colors = part_of(all_samples.weights, v), part_of(all_samples.colors, v)
