@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import gc
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import suppress
@@ -20,6 +21,10 @@ from texvol.rendering.renderer import Renderer
 # A shell that runs the tests in the background has them ignore ctrl-C, and what they start would inherit that.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Most of the time of the tests would be llvmpipe's, optimising shaders that draw a few hundred pixels: without, they
+# take a third less. The pictures are the same, see opengl/test_driver_optimisation.py; other drivers do not look at it.
+os.environ.setdefault("GALLIVM_PERF", "nopt")
 
 
 def pytest_collection_finish() -> None:

@@ -25,7 +25,10 @@ _PREFIXES = (
     *("force_", "allow_", "disable_", "override_"),  # options of drirc, which are variables too
 )
 # None of these chooses a driver, or what it can do.
-_HARMLESS = ("EGL_LOG_LEVEL", "LIBGL_ALWAYS_SOFTWARE", "LIBGL_DEBUG", "MESA_DEBUG", "MESA_LOG_FILE", "DRI_PRIME")
+_HARMLESS = (
+    *("EGL_LOG_LEVEL", "LIBGL_ALWAYS_SOFTWARE", "LIBGL_DEBUG", "MESA_DEBUG", "MESA_LOG_FILE", "DRI_PRIME"),
+    "GALLIVM_PERF",  # how shaders are compiled
+)
 _HARMLESS_PREFIXES = ("MESA_SHADER_CACHE_", "MESA_GLSL_CACHE_", "MESA_DISK_CACHE_", "__GL_SHADER_DISK_CACHE")
 _PATIENCE = 30.0  # seconds
 _LONGEST = 40  # characters of a value in a message
