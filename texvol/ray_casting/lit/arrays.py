@@ -84,8 +84,8 @@ class Gradients(NamedTuple):
     One type for both, since the kernel for another one takes half a minute to compile.
     """
 
-    single: NDArray[np.float32]
-    double: NDArray[np.float64]
+    single: NDArray[np.floating]
+    double: NDArray[np.floating]
 
     @property
     def present(self) -> NDArray[np.floating]:
@@ -116,10 +116,11 @@ class LitScene(NamedTuple):
 
 def gradients_of(scene: Scene) -> Gradients:
     """Return the gradients of all samples, data units per smallest spacing; none if the scene needs none."""
-    none = np.zeros((0, 0, 0, 3), np.float32)
-    found = gradients(scene.volume, scene.gradient) if scene.needs_gradient else none
-    double = found.dtype == np.float64
-    return Gradients(none if double else found, found if double else none.astype(np.float64))
+    none = Gradients(np.zeros((0, 0, 0, 3), np.float32), np.zeros((0, 0, 0, 3)))
+    if not scene.needs_gradient:
+        return none
+    found = gradients(scene.volume, scene.gradient)
+    return Gradients(none.single, found) if found.dtype == np.float64 else Gradients(found, none.double)
 
 
 def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:
