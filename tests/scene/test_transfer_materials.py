@@ -213,7 +213,7 @@ def test_only_some_materials_show() -> None:
     assert loads(content | {"show": ["fat"]}, materials=["bone"]).materials == ("bone",)
     contour = {"contours": [{"value": 1, "world_thickness": 1, "material": "bone"}]}
     assert loads(content | contour, materials=["fat"]).materials == ("fat", "bone")
-    for preset in ("table-5-1", "ct-materials", "mr-materials", "histogram"):
+    for preset in ("table-5-1", "ct-tissues", "ct-materials", "mr-materials", "histogram"):
         names = transfer.preset(preset, VOLUME).materials
         assert transfer.preset(preset, VOLUME, materials=names[-1:]).materials == names[-1:]
 
@@ -391,6 +391,6 @@ def test_materials_that_are_not_there_are_refused_with_the_list() -> None:
     with pytest.raises(InputError, match="materials 'bone' not found: the file has none"):
         loads({"points": POINTS}, materials=["bone"])
     with pytest.raises(InputError, match="material 'bones' not found; known are air, fat, soft tissue, bone"):
-        transfer.preset("table-5-1", VOLUME, ["bones"])
+        transfer.preset("ct-tissues", VOLUME, ["bones"])
     with pytest.raises(InputError, match="the preset ct-bone has none"):
         transfer.preset("ct-bone", VOLUME, ["bone"])

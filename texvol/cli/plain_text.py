@@ -63,9 +63,14 @@ def _item(text: str, width: int) -> str:
 
 
 def _columns(table: str, width: int) -> str:
-    """A table with aligned columns; the cells of wide columns are filled, so that it fits the width."""
+    """A table with aligned columns; the cells of wide columns are filled, so that it fits the width.
+
+    A row of pictures is left out if their descriptions are the titles of the columns.
+    """
     lines = [line for line in table.splitlines() if not re.fullmatch(r"[|:\- ]+", line.strip())]
     rows = [[_plain(cell) for cell in re.split(r"(?<!\\)\|", line.strip())[1:-1]] for line in lines]
+    shown = [f"[picture: {title}]" for title in rows[0]]
+    rows = [row for row in rows if row != shown]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     while sum(widths) + 2 * len(widths) > width and max(widths) > _LEAST_COLUMN:
         widths[widths.index(max(widths))] -= 1

@@ -36,7 +36,8 @@ What the numbers stand for:
     "values": "data" (default), or "percentile": values are percentiles of the volume's finite samples, 0 … 100,
               or "range": 0 is the smallest finite sample, 1 the largest,
               or "matter": 0 is where the background ends, 1 the 99.9th percentile
-    "length": "world" (default), or "box": extinction is per mean edge of the volume's box, not per world unit
+    "length": "world" (default), or "box": extinction is per mean edge of the volume's box, not per world unit;
+              or "spacing": per smallest spacing of samples
     "gradients": "data" (default): data units per world unit, or "relative": 1 is the range of the finite samples per
               smallest spacing
     "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per

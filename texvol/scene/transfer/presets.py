@@ -76,8 +76,7 @@ _RAMPS = ("viridis", "inferno", "magma", "cividis")
 _Ramp = tuple[float, float] | None  # values between which a material rises, and the one before it falls
 # Named materials, with the ramp in Hounsfield units and in fractions of the medium's range.
 _CT_MATERIALS: dict[str, list[tuple[str, _Ramp, _Ramp, Triple, float]]] = {
-    # The materials of the source's table 5-1.
-    "table-5-1": [
+    "ct-tissues": [
         ("air", None, None, (0, 0, 0), 0),
         ("fat", (-150, -120), (0.05, 0.12), (0.90, 0.70, 0.10), 3),
         ("soft tissue", (-40, 0), (0.24, 0.30), (0.75, 0.12, 0.10), 6),
@@ -103,6 +102,14 @@ _MATERIALS: dict[str, list[tuple[str, _Ramp, Triple, float]]] = {
     ],
 }
 
+# Table 5-1 of Paiva, Seixas, Gattass (1999): first value of 8 bits, the one behind the last, 8-bit sRGB, opacity. The
+# table gives no length for its opacities: here it is the smallest spacing of samples.
+_TABLE_5_1 = (
+    ("fat", 30, 90, (255, 200, 20), 0.2),
+    ("tissue", 190, 230, (255, 80, 60), 0.8),
+    ("bone", 230, None, (255, 255, 255), 1.0),
+)
+
 _OF_THE_HISTOGRAM = {
     "histogram": histogram.content_for,
     "contours": histogram.contours_for,
@@ -124,7 +131,10 @@ _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 
-PRESETS: tuple[str, ...] = (*_CT, *_FRACTIONS, *_RAMPS, *_CT_MATERIALS, *_MATERIALS, *_OF_THE_HISTOGRAM)
+PRESETS: tuple[str, ...] = (
+    *(*_CT, *_FRACTIONS, *_RAMPS, *_CT_MATERIALS, *_MATERIALS),
+    *("table-5-1", *_OF_THE_HISTOGRAM),
+)
 
 
 def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
@@ -166,6 +176,8 @@ def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
     """A preset as a file would have it, or None if it is made of points alone."""
     if name in _OF_THE_HISTOGRAM:
         return _OF_THE_HISTOGRAM[name](volume)
+    if name == "table-5-1":
+        return _content_of_table(volume)
     if name in _MATERIALS:
         return _content_of_materials(_MATERIALS[name], "matter")
     if name not in _CT_MATERIALS:
@@ -186,6 +198,18 @@ def _content_of_materials(rows: Sequence[tuple[str, _Ramp, Triple, float]], valu
         ends = {key: list(ramp) for key, ramp in (("from", rise), ("to", fall)) if ramp is not None}
         materials.append({"name": name, **ends, "color": list(color), "extinction": extinction})
     return {"values": values, "length": "box", "materials": materials}
+
+
+def _content_of_table(volume: Volume) -> dict[str, Any]:
+    """Table 5-1 as a file has it; the range of values that are not of 8 bits stands for 0 to 255."""
+    in_bytes = volume.values.dtype == np.uint8
+    materials = []
+    for name, first, behind, color, opacity in _TABLE_5_1:
+        ends = {"from": first, "to": behind} if behind else {"from": first}
+        steps = {key: [value if in_bytes else value / 255] * 2 for key, value in ends.items()}
+        linear = [float(each) for each in linear_from_srgb(np.array(color) / 255)]
+        materials.append({"name": name, **steps, "color": linear, "opacity": opacity})
+    return {"values": "data" if in_bytes else "range", "length": "spacing", "materials": materials}
 
 
 def proposed_for(volume: Volume) -> TransferFunction:

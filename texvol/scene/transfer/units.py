@@ -14,7 +14,7 @@ from texvol.util.statistics import percentile_of_sorted
 
 CHOICES = {
     "values": ("data", "percentile", "range", "matter"),
-    "length": ("world", "box"),
+    "length": ("world", "box", "spacing"),
     "gradients": ("data", "relative"),
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
@@ -48,9 +48,11 @@ class Units:
     @property
     def per_length(self) -> float:
         """Factor of extinctions and emissions."""
-        return (
-            1.0 if self.length == "world" else 1.0 / float(np.linalg.norm(self.known_volume.box_edges, axis=0).mean())
-        )
+        if self.length == "world":
+            return 1.0
+        if self.length == "spacing":
+            return 1.0 / self.known_volume.smallest_spacing
+        return 1.0 / float(np.linalg.norm(self.known_volume.box_edges, axis=0).mean())
 
     @property
     def per_gradient(self) -> float:
