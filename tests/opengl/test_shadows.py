@@ -100,7 +100,7 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
 
 def noise_in_shadow(projection: Projection, classification: Classification) -> Scene:
     """A scene of noise in shadow."""
-    volume = Volume(random_volume(5, (10, 9, 8)).values, (1, 1.2, 0.9), direction=OBLIQUE)
+    volume = Volume(random_volume(5, (24, 5, 5)).values, (1, 1.2, 0.9), direction=OBLIQUE)  # long: few nodes
     medium = TransferFunction([0.3, 0.6, 1.0], [(0.9, 0.3, 0.2), (0.3, 0.8, 0.4), (1, 1, 1)], [0.0, 0.15, 0.6])
     near = Light("point", tuple(volume.centre + (5.0, -3.0, 9.0)), (0.3, 0.6, 1.0))
     camera = Camera.framing(volume, projection)
@@ -129,7 +129,7 @@ def test_pictures_in_shadow_go_to_the_oracles(
 
 @pytest.mark.parametrize("classification, megabytes", [("slab", 0.047), ("post", 0.09)])
 def test_bricks_are_in_the_shadow_of_the_whole(renderer: Renderer, classification: str, megabytes: float) -> None:
-    scene = scene_of(random_volume(8, (24, 23, 22)), FOG_OF_VALUES, SUN, OUTSIDE, classification=classification)
+    scene = scene_of(random_volume(8, (48, 16, 16)), FOG_OF_VALUES, SUN, OUTSIDE, classification=classification)
     whole = renderer.render(scene, SMALL)
     with Renderer(texture_memory=megabytes) as small:
         assert np.abs(small.render(scene, SMALL) - whole).max() <= 2e-6
@@ -139,7 +139,7 @@ def test_bricks_are_in_the_shadow_of_the_whole(renderer: Renderer, classificatio
 def test_matter_that_depends_on_the_gradient_casts_shadows(renderer: Renderer) -> None:
     contour = Contour(0.5, 2.0, (0.4, 0.3, 0.2), 0.5)
     medium = TransferFunction([0.0], [(0, 0, 0)], [0.0], contours=(contour,))
-    scene = scene_of(random_volume(6, (14, 14, 14)), medium, SUN)
+    scene = scene_of(random_volume(6, (28, 7, 7)), medium, SUN)
     truth = raycast(scene, SIZE)
     errors = [np.abs(renderer.render(scene, SIZE, sampling_rate=rate) - truth).mean() for rate in (2, 8)]
     # Kinks at the edges of the contour, and none of them at the samples' places: order 2 in the mean.
