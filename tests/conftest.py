@@ -26,6 +26,8 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 # take a third less. The pictures are the same, see opengl/test_driver_optimisation.py; other drivers do not look at it.
 os.environ.setdefault("GALLIVM_PERF", "nopt")
 
+gc.disable()  # until all tests are collected, which leaves little garbage and a million objects to look at
+
 
 def pytest_collection_finish() -> None:
     """Take what the collected modules hold out of the garbage collector's sight.
@@ -34,6 +36,7 @@ def pytest_collection_finish() -> None:
     """
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_unconfigure() -> None:
@@ -80,6 +83,7 @@ def trimmed_memory() -> Iterator[None]:
     """Give the memory that a module's tests have freed back to the system; malloc keeps it otherwise."""
     yield
     gc.collect()
+    gc.freeze()  # what is left stays to the end: libraries that a test was the first to load
     with suppress(OSError, AttributeError):  # glibc only
         ctypes.CDLL(None).malloc_trim(0)
 
