@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from planted_mistake_shaders import IN_SHADERS
 from planted_mistake_sources import Mistake
+from planted_mistake_stages import IN_STAGES
 
 _UPPER = (
     Mistake(
@@ -214,6 +215,12 @@ _LOWER = (
         "test_render.py",
     ),
     Mistake(
+        *("opengl", "wilson:slab_middles"),
+        *("slabs.last[-1]) + 0.5", "slabs.last[-1]) + 0.0"),
+        "slabs are cut at their fronts, and not in their middles",
+        "test_polygons.py -k 'slabs_are_whole'",
+    ),
+    Mistake(
         *("opengl", "shaders:Programs.program"),
         *("key = (name, *sorted(switches.items()))", "key = (name,)"),
         "a program is kept whatever its switches",
@@ -383,4 +390,4 @@ _LOWER = (
     ),
 )
 
-MISTAKES = (*_UPPER, *_LOWER, *IN_SHADERS)
+MISTAKES = (*_UPPER, *_LOWER, *IN_SHADERS, *IN_STAGES)

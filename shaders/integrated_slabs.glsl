@@ -36,6 +36,15 @@ vec4 part_of_slab(BoxWalk walk, float slab, vec2 ends) {
         front, texel_at(position), behind, part * walk.path_length, position, part * walk.step, depth, part);
 }
 
+// Colour and opacity of a whole slab.
+vec4 whole_slab(BoxWalk walk, float slab) {
+    float depth = slab + 0.5;
+    vec3 position = walk_position(walk, depth);
+    vec4 front = texel_at(walk_position(walk, slab));
+    vec4 behind = texel_at(walk_position(walk, slab + 1.0));
+    return color_through(front, texel_at(position), behind, walk.path_length, position, walk.step, depth, 1.0);
+}
+
 // Depths of the first and the last sample of all slabs that `progress` has ahead.
 vec2 sampled_depths(BoxWalk walk, Progress progress) {
     return vec2(progress.slab, progress.end);

@@ -79,6 +79,13 @@ vec4 part_of_slab(BoxWalk walk, float slab, vec2 ends) {
     return seen_color(texel_at(position), (ends.y - ends.x) * walk.path_length, position, middle);
 }
 
+// Colour and opacity of a whole slab.
+vec4 whole_slab(BoxWalk walk, float slab) {
+    float middle = slab + 0.5;
+    vec3 position = walk_position(walk, middle);
+    return slab_color_in_run(texel_at(position), walk.path_length, 1.0, position, middle);
+}
+
 // Depths of the first and the last sample of all slabs that `progress` has ahead.
 vec2 sampled_depths(BoxWalk walk, Progress progress) {
     if (!CUT_IN_RUNS) return vec2(progress.slab, progress.end);

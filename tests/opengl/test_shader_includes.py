@@ -47,6 +47,9 @@ SWITCHES: dict[str, list[Switches]] = {
     ],
     "compositing.glsl": product(SHALLOW=EITHER, COUNT=EITHER),
     "each_ramp.glsl": product(RAMPS=NUMBERS_OF_RAMPS),
+    "end_slabs.glsl": [
+        each | {"AT_ONCE": 2, "WHOLE_SLABS": 0, "CAPS": caps} for each in slabs_of(0, 1, 2, 3) for caps in EITHER
+    ],
     "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),

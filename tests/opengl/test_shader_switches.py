@@ -13,7 +13,7 @@ from support.shader_switches import rows
 from texvol.opengl.contexts import Context
 from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
-PROGRAMS = "slab_stack", "projection", "shadow", "several"
+PROGRAMS = "slab_stack", "slab_ends", "slab_polygon", "projection", "shadow", "several"
 
 
 @pytest.mark.parametrize("strength", [1, 2, 3])

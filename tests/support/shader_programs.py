@@ -43,7 +43,7 @@ LIGHTS: list[dict[str, int]] = [
 
 def load(name: str, context: Context, switches: dict[str, int]) -> None:
     """Compile a program of shaders/ and free it; an error shows its switches."""
-    vertex = "corner.vert" if name == "shadow" else "slab_stack.vert"
+    vertex = {"shadow": "corner.vert", "slab_polygon": "slab_polygon.vert"}.get(name, "slab_stack.vert")
     try:
         load_program(context.gl, name, defines=switches, vertex=vertex)
     except ShaderError as error:

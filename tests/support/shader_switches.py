@@ -71,6 +71,11 @@ def slab_stack_blocks() -> Blocks:
     ]
 
 
+def polygon_blocks() -> Blocks:
+    """Blocks of slab_ends.frag and slab_polygon.frag: they skip nothing, and draw a slab at a time."""
+    return [block | {"SKIPS": (0,), "AT_ONCE": (2,)} for block in slab_stack_blocks()]
+
+
 def several_blocks() -> Blocks:
     """Blocks of several.frag with two volumes."""
     blocks: Blocks = []
@@ -109,18 +114,22 @@ def shadow_blocks() -> Blocks:
 
 @cache
 def rows(program: str) -> list[dict[str, int]]:
-    """Rows of switches of a program: every three that meet, or every two where several volumes are drawn.
+    """Rows of switches of a program: every three that meet, or fewer where there are many switches or known includes.
 
     Numbers of ramps up to 3 stand for each other, and so do the larger ones: all of them occur.
     """
     blocks: dict[str, Blocks] = {
         "slab_stack": slab_stack_blocks(),
+        "slab_ends": polygon_blocks(),
+        "slab_polygon": polygon_blocks(),
         "several": several_blocks(),
         "projection": projection_blocks(),
         "shadow": shadow_blocks(),
     }
     ramps = {SOME: cycle(NUMBERS_OF_RAMPS[:2]), MANY: cycle(NUMBERS_OF_RAMPS[2:])}
-    found = covering(blocks[program], 2 if program == "several" else 3)
+    # The programs of polygons are made of the includes of slab_stack.frag.
+    strength = {"several": 2, "slab_ends": 1, "slab_polygon": 1}.get(program, 3)
+    found = covering(blocks[program], strength)
     return [
         {name: next(ramps[value]) if name.startswith("RAMPS") and value else value for name, value in row.items()}
         for row in found

@@ -122,7 +122,7 @@ def test_what_is_new_is_moving_first_and_refined_when_it_stays() -> None:
     director.update(quality.SETTLED - 0.001)
     assert not refiner.jobs
     director.update(quality.SETTLED + 0.001)
-    assert refiner.jobs[0]["kind"] == "rest" and refiner.jobs[0]["accuracy"] == {"max_error": 1 / 255}
+    assert refiner.jobs[0]["kind"] == "rest" and refiner.jobs[0]["accuracy"] == director.accuracy
     assert refiner.jobs[0]["scene"] is SCENE and refiner.jobs[0]["size"] == FULL
     refiner.answer(final=False)
     assert director.update(0.2) and director.shown.state == "refining" and not director.at_rest

@@ -19,6 +19,7 @@ from texvol.options import texts
 from texvol.output import sequences
 from texvol.output.export import PictureExport, is_exact
 from texvol.scene.scene import Scene
+from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.util.terminal import say
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
 _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
-    *("texture_format", "target_format", "early_termination", "skip_empty"),
+    *("texture_format", "target_format", "early_termination", "skip_empty", "slicing"),
 )
 
 
@@ -72,6 +73,7 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         "--skip-empty", action=argparse.BooleanOptionalAction, default=True,
         help="skip cells in which nothing shows (default); the picture is the same",
     )  # fmt: skip
+    add_slicing(group)
     group.add_argument(
         "--texture-memory", type=texts.megabytes, metavar="MB",
         help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
@@ -81,6 +83,15 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         "--stats", type=texts.file_name, metavar="FILE.json", help="write settings, seconds and estimated error"
     )
     group.add_argument("--repeat", type=int, metavar="N", default=1, help="draw N times; --stats has the median")
+
+
+def add_slicing(group: Any) -> None:
+    """Add --slicing."""
+    group.add_argument(
+        "--slicing", choices=SLICINGS, default="stacks",
+        help="stacks: one polygon for a run of slabs, composited in its fragments (default); polygons: one polygon for "
+        "each slab, the same picture; wilson: the same polygons, and slabs that the box cuts short drawn whole",
+    )  # fmt: skip
 
 
 def _add_orbit(parser: argparse.ArgumentParser) -> None:

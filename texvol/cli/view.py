@@ -11,6 +11,7 @@ from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.options import texts
+from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
 
 DEFAULT_SIZE = (960, 720)
@@ -29,6 +30,9 @@ def add_view(commands: Any) -> None:
     options.add_scene_options(parser)
     window = parser.add_argument_group("window")
     window.add_argument("--max-error", type=texts.number, metavar="E", help=_ERROR)
+    window.add_argument(
+        "--slicing", choices=SLICINGS, default="stacks", help="how slabs of the picture at rest are drawn, see render"
+    )
     window.add_argument("--frame-rate", type=texts.frames_per_second, metavar="F", help="target while moving (30)")
     window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="panels in the window")
     played = parser.add_argument_group("recorded input")
@@ -67,7 +71,7 @@ def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     from texvol.window.application import Plan
     from texvol.window.document import opened
 
-    given: dict[str, Any] = {}
+    given: dict[str, Any] = {"slicing": arguments.slicing}
     if arguments.max_error is not None:
         if not 0 < arguments.max_error < 1:
             raise InputError(f"--max-error must be over 0 and under 1, got {arguments.max_error:g}")

@@ -8,7 +8,8 @@ premultiplied colour and opacity of everything in front of the next stack:
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,15 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing
-from texvol.opengl.shaders import FOLDER, Programs, bind, draw_triangles, release_target
+from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
 from texvol.scene.scene import checked_size
 from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
+
+Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
 
 
 class Compositor:
@@ -40,6 +43,7 @@ class Compositor:
         self._programs = Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
+        self._layers: dict[tuple[int, ...], Layers] = {}  # of the target's size, by the components of each
 
     def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
         """(width, height) of a picture that the driver has room for, or InputError."""
@@ -91,20 +95,71 @@ class Compositor:
         blending: str,
     ) -> None:
         """Draw the polygons of slab stacks by the program of that name; `units` are textures by their samplers."""
-        self.target.use()
-        program = self._programs.program(name, switches, "slab_stack.vert")
+        program = self.program(name, switches, "slab_stack.vert")
         bind(program, units, uniforms)
-        self._blend(program, stacks, blending)
+        self.blend(program, blending, *triangles_of(stacks))
 
-    def _blend(self, program: moderngl.Program, stacks: SlabStacks, blending: str) -> None:
-        """Draw the polygons, each behind what is there; or add them to it, or keep the larger numbers."""
+    def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
+        """Return the program of `name`.frag and a vertex shader."""
+        return self._programs.program(name, switches, vertex)
+
+    def blend(
+        self,
+        program: moderngl.Program,
+        blending: str,
+        vertices: NDArray[np.float32],
+        layout: str,
+        *attributes: str,
+    ) -> None:
+        """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers."""
         gl = self._gl
+        self.target.use()
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
         equation = moderngl.MAX if blending == "largest" else moderngl.FUNC_ADD
         gl.blend_equation = (equation, equation)
         gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
-        draw_triangles(gl, program, _triangles(stacks), "2f 2f", "in_position", "in_slab_range")
+        draw_triangles(gl, program, vertices, layout, *attributes)
+
+    def composite(
+        self, layer: moderngl.Texture, blending: str = "under", factor: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
+    ) -> None:
+        """Composite a picture of the target's size, times a factor, behind the picture so far."""
+        program = self.program("texels", {}, "corner.vert")
+        bind(program, {"source": layer}, {"factor": factor})
+        self.blend(program, blending, WHOLE_TARGET, "2f", "in_position")
+
+    def layers(
+        self,
+        components: tuple[int, ...],
+        program: moderngl.Program,
+        vertices: NDArray[np.float32],
+        layout: str,
+        *attributes: str,
+    ) -> list[moderngl.Texture]:
+        """Draw triangles into textures of the target's size, of so many float32 components each, and 0 elsewhere."""
+        framebuffer, textures = self._cleared_layers(components)
+        framebuffer.use()
+        self._gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        draw_triangles(self._gl, program, vertices, layout, *attributes)
+        return textures
+
+    @contextmanager
+    def apart(self, blending: str = "under") -> Iterator[None]:
+        """Draw what follows into an empty picture, and composite that: sums of few numbers keep more digits.
+
+        A target of fewer bits than float32 has none to keep: it is drawn into as it is.
+        """
+        whole, key = self.target, self._target_key
+        if key is None or key[1] != "rgba32f":
+            yield
+            return
+        self._target, textures = self._cleared_layers((4,))
+        try:
+            yield
+        finally:
+            self._target = whole
+        self.composite(textures[0], blending)
 
     def finish(self) -> None:
         """Wait until everything asked for is drawn."""
@@ -140,17 +195,26 @@ class Compositor:
         return self._target
 
     def _release_target(self) -> None:
-        if self._target is not None:
-            release_target(self._gl, self._target)
+        for framebuffer in (self._target, *(each for each, _ in self._layers.values())):
+            if framebuffer is not None:
+                release_target(self._gl, framebuffer)
+        self._layers = {}
         self._target = self._target_key = None
 
+    def _cleared_layers(self, components: tuple[int, ...]) -> Layers:
+        if components not in self._layers:
+            textures = [self._gl.texture(self.target.size, count, dtype="f4") for count in components]
+            self._layers[components] = self._gl.framebuffer(textures), textures
+        self._layers[components][0].clear()
+        return self._layers[components]
 
-def _triangles(stacks: SlabStacks) -> NDArray[np.float32]:
-    """Every polygon as a fan of triangles: (x, y, first slab, last slab) for each corner, front to back."""
+
+def triangles_of(stacks: SlabStacks) -> tuple[NDArray[np.float32], str, str, str]:
+    """Every polygon as a fan of triangles, front to back, and the attributes of slab_stack.vert in its vertices."""
     count, sides, _ = stacks.polygons.shape
     fan = np.array([(0, i, i + 1) for i in range(1, sides - 1)]).reshape(-1)
     vertices = np.empty((count, fan.size, 4), np.float32)
     vertices[..., :2] = stacks.polygons[:, fan]
     vertices[..., 2] = stacks.first[:, np.newaxis]
     vertices[..., 3] = stacks.last[:, np.newaxis]
-    return vertices
+    return vertices, "2f 2f", "in_position", "in_slab_range"

@@ -31,6 +31,11 @@ class View:
     slab_thickness: float  # world units, plane to plane
     origin: NDArray[np.float64]  # world point at depth 0, where slab 0 begins
 
+    @property
+    def reference_depth(self) -> float:
+        """Distance of the plane at depth 0 from that of the eye, world units."""
+        return float(self.camera.forward @ (self.origin - self.camera.eye))
+
 
 @dataclass(frozen=True)
 class DrawnVolume:
@@ -64,6 +69,7 @@ class Drawing:
     projection: ValueProjection | None = None  # drawn in place of the medium
     # Depths at which the drawn part of each ray begins and ends, by the names of their samplers; empty for whole rays.
     interval: dict[str, AnyTexture] = field(default_factory=dict)
+    slicing: str = "stacks"
     count: bool = False  # True if the number of sampled slabs is drawn in place of the colours
 
     @property

@@ -135,8 +135,7 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
     ShaderError
         The program has no such uniform: it is misspelled, or nothing uses it and the linker dropped it.
     """
-    uniforms = (name for name in program if isinstance(program[name], moderngl.Uniform))
-    active = {name.removeprefix(_GIVEN): name for name in uniforms}
+    active = _active(program)
     dropped = [name for name in values if name not in active]
     if dropped:
         raise ShaderError(f"the program has no uniform {', '.join(dropped)}; it has {', '.join(active) or 'none'}")
@@ -146,6 +145,18 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
             program[active[name]] = value[0] if isinstance(value, list) and len(value) == 1 else value
         except Exception as error:  # moderngl lets struct.error, TypeError and its own Error through
             raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
+
+
+def used(program: moderngl.Program, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Return those of the uniforms or textures of another program that this one has as well."""
+    active = _active(program)
+    return {name: value for name, value in named.items() if name in active}
+
+
+def _active(program: moderngl.Program) -> dict[str, str]:
+    """The names of a program's uniforms, and those that they have in the program itself."""
+    uniforms = (name for name in program if isinstance(program[name], moderngl.Uniform))
+    return {name.removeprefix(_GIVEN): name for name in uniforms}
 
 
 def bind(program: moderngl.Program, textures: Mapping[str, Any], uniforms: Mapping[str, Any]) -> None:

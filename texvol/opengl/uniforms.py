@@ -101,15 +101,20 @@ def volume_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[
     return uniforms if brick.is_whole else uniforms | brick_uniforms(brick)
 
 
+def box_from_world(volume: Volume) -> NDArray[np.float64]:
+    """Matrix of shape (3, 3) that takes a step in the world to fractions of the box."""
+    return volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
+
+
 def ray_uniforms(volume: Volume, view: View) -> dict[str, Any]:
     """Positions of the rays in the box at depth 0, and their steps for a depth of one slab."""
     rays = view.camera.pixel_rays(view.size, view.origin)
-    box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    per_slab = box_from_world * view.slab_thickness
+    to_box = box_from_world(volume)
+    per_slab = to_box * view.slab_thickness
     uniforms: dict[str, Any] = {
-        "point": tuple(0.5 + box_from_world @ (rays.point + (view.origin - volume.centre))),
-        "point_per_column": tuple(box_from_world @ rays.point_per_column),
-        "point_per_row": tuple(box_from_world @ rays.point_per_row),
+        "point": tuple(0.5 + to_box @ (rays.point + (view.origin - volume.centre))),
+        "point_per_column": tuple(to_box @ rays.point_per_column),
+        "point_per_row": tuple(to_box @ rays.point_per_row),
         "velocity": tuple(per_slab @ rays.velocity),
     }
     if view.camera.projection == "perspective":

@@ -17,6 +17,7 @@ from texvol.rendering.settings import Settings, checked_target, checked_terminat
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.lighting import Light, Lighting
 from texvol.scene.transfer import TransferFunction
+from texvol.slicing.slabs import SLICINGS
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
@@ -47,6 +48,8 @@ def settings(content: Any) -> dict[str, Any]:
         raise InputError(f"slab_thickness must be positive and finite, got {thickness:g}")
     checked_termination(found.get("early_termination"), None)
     checked_target(found.get("target_format", "auto"))
+    if found.get("slicing", "stacks") not in SLICINGS:
+        raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
         formats = ", ".join(("auto", *TEXEL_FORMATS))
         raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")

@@ -25,7 +25,7 @@ from texvol.opengl.texture_store import BakedTexture
 from texvol.scene.added_volume import common_box
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
-from texvol.slicing.slabs import WHOLE_BOX, SlabStacks, slab_stacks
+from texvol.slicing.slabs import MOST_SLABS, WHOLE_BOX, SlabStacks, slab_stacks
 from texvol.textures import slab_texture, value_texture
 from texvol.textures.shaded_samples import LightTransmittance, medium_of_samples, needs_samples
 from texvol.textures.value_storage import features_about
@@ -39,6 +39,7 @@ def bake(
     slab_thickness: float,
     texel_format: str,
     light_transmittance: LightTransmittance | None = None,
+    whole_slabs: bool = False,
 ) -> BakedTexture:
     """Classify the samples and integrate over a slab; or keep the values, to be classified when they are drawn.
 
@@ -50,6 +51,8 @@ def bake(
         World units.
     light_transmittance : array, optional
         Transmittance from the nodes of the box to each light that casts shadows.
+    whole_slabs : bool
+        True if texels of `slab` stand for all of a slab, however dense it is.
     """
     volume, transfer_function, classification = scene.volume, scene.medium, scene.classification
     if classification in ("post", "integrated"):
@@ -59,16 +62,32 @@ def bake(
         return value_texture.bake_values(volume, transfer_function, *how)
     recipe = volume, transfer_function, classification, slab_thickness, texel_format
     if not needs_samples(scene):
-        return slab_texture.bake(*recipe, hidden=scene.mask.hidden if scene.mask else None)
+        hidden = scene.mask.hidden if scene.mask else None
+        return slab_texture.bake(*recipe, hidden=hidden, whole_slabs=whole_slabs)
     samples = partial(medium_of_samples, scene, light_transmittance)
-    return slab_texture.bake(*recipe, samples, scene.lighting)
+    return slab_texture.bake(*recipe, samples, scene.lighting, whole_slabs=whole_slabs)
 
 
 def slices(drawing: Drawing, part: NDArray[np.float64]) -> SlabStacks:
-    """Cut the visible part of a brick of the only volume into slab stacks."""
+    """Cut the visible part of a brick of the only volume into slab stacks; polygons have one for all slabs."""
     view, drawn = drawing.view, drawing.first
-    per_stack = drawn.baked.slabs_per_stack
+    per_stack = drawn.baked.slabs_per_stack if drawing.slicing == "stacks" else 2 * MOST_SLABS
     return slab_stacks(drawn.volume, view.camera, view.slab_thickness, view.size, per_stack, part)
+
+
+def draw_brick(compositor: Compositor, drawing: Drawing, brick: bricks.Brick, part: NDArray[np.float64]) -> None:
+    """Slice a brick of the only volume and draw it; `part` is what it shows, in fractions of the box, shape (2, 3)."""
+    slabs = slices(drawing, part)
+    if drawing.slicing == "wilson":
+        from texvol.opengl import wilson
+
+        wilson.draw(compositor, drawing, brick, part, slabs)
+    elif drawing.slicing == "polygons":
+        from texvol.opengl import polygons
+
+        polygons.draw(compositor, drawing, brick, part, slabs)
+    else:
+        compositor.draw(drawing, brick, slabs)
 
 
 def draw_together(
@@ -104,7 +123,7 @@ def draw(compositor: Compositor, drawing: Drawing, surfaces: Surfaces | None, ta
             if drawn.volume.labels:
                 draw_together(compositor, interval, [brick], shown[brick])
             else:
-                compositor.draw(interval, brick, slices(interval, shown[brick]))
+                draw_brick(compositor, interval, brick, shown[brick])
     compositor.finish()
     return len(shown) if len(drawing.volumes) == 1 else len(drawing.volumes)
 

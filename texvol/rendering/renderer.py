@@ -21,10 +21,10 @@ from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.modelled import modelled
 from texvol.rendering.render import draw, over_background, read
 from texvol.rendering.scene_cache import SceneCache
-from texvol.rendering.settings import Settings, checked, checked_target, checked_termination
+from texvol.rendering.settings import Settings, checked, checked_slicing, checked_target, checked_termination
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing import slabs as slicing
+from texvol.slicing.slabs import Slicing, slab_stacks, slabs_crossed
 from texvol.textures import slab_texture
 from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE
@@ -96,6 +96,7 @@ class Renderer:
         target_format: str = "auto",
         early_termination: float | None = None,
         skip_empty: bool = True,
+        slicing: Slicing = "stacks",
         repeat: int = 1,
         check: int | str | None = None,
     ) -> NDArray[np.float32]:
@@ -120,6 +121,12 @@ class Renderer:
             Transmittance at which a ray ends, and so the largest error by ending it. 2^-22 by default; 0 ends no ray.
         skip_empty : bool
             True to skip cells in which nothing shows; the picture is the same.
+        slicing : "stacks", "polygons" or "wilson"
+            How slabs are drawn. A stack is a run of up to 2048 slabs, drawn by one polygon that covers them all: its
+            fragments go through the slabs in a loop, as a ray marcher does, and composite them in registers. "polygons"
+            draws a polygon for each slab, the section of the box by the plane in its middle, and the driver blends
+            them; the picture is the same, but for rounding. "wilson" draws these polygons alone, as Wilson, Van Gelder
+            and Wilhelms did (1994), so that slabs that the box cuts short are drawn whole.
         repeat : int
             Number of times to draw; `stats` has the median time.
         check : int or "all", optional
@@ -146,8 +153,9 @@ class Renderer:
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
         target = checked_target(target_format, scene.mode)
-        settings = Settings(wanted, texture_format, target, termination, skip_empty)
         complete = scene.completed(size)
+        slicing = checked_slicing(slicing, complete)
+        settings = Settings(wanted, texture_format, target, termination, skip_empty, slicing)
         self._watch.seconds, self._stats, self._notes, self._estimate, self._check = {}, {}, {}, None, None
         with self._context:
             if max_error is not None:
@@ -167,13 +175,14 @@ class Renderer:
             self._hold_against_oracle(picture, complete, check, max_error)
         return picture
 
-    def foresee(self, scene: Scene, size: Size, max_error: float) -> error_control.Choice:
+    def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
         termination, target = checked_termination(None, max_error), checked_target("auto")
-        settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True)
-        size = self._compositor.checked_size(size)
+        complete = scene.completed(size := self._compositor.checked_size(size))
+        slicing = checked_slicing(slicing, complete)
+        settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
         with self._context:
-            return self._error_search.foresee(scene.completed(size), size, settings, max_error)
+            return self._error_search.foresee(complete, size, settings, max_error)
 
     def _say_what_is_lost(self) -> None:
         """Warn of values that single precision cannot tell apart."""
@@ -310,12 +319,13 @@ class Renderer:
         return picture
 
     def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
-        """Draw a reference: float32 throughout and no ray ended early, so that both count as errors of a picture.
+        """Draw a reference: float32 throughout, no ray ended early and no slab drawn whole that the box cuts short.
 
-        If rounding of values matters, they are rounded differently than in the picture itself.
+        So these count as errors of a picture. If rounding of values matters, they are rounded differently than in the
+        picture itself.
         """
         exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
-        return self._draw(scene, size, exact)
+        return self._draw(scene, size, replace(exact, slicing="stacks"))
 
     def _metadata(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
@@ -327,11 +337,12 @@ class Renderer:
             "backend": self._context.backend,
             "size": list(size),
             "slab_thickness": settings.slab_thickness,
-            "slabs": slicing.slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
+            "slabs": slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
             "classification": scene.classification,
             "texture_format": ", ".join(medium.baked.texel_format for medium in self._cache.volumes if medium.baked),
             "halvings": self._cache.volumes[0].halvings(scene.volume),
             "target_format": settings.target_format,
+            "slicing": settings.slicing,
             "bricks_total": sum(len(each.bricks) for each in textures),
             "bricks_drawn": drawn,
             "texture_bytes": sum(each.bytes for each in textures),
@@ -355,13 +366,13 @@ class Renderer:
         if self._context.released:
             return None, None
         if scene.mode in NUMBER_MODES:
-            every = slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
+            every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
             return every, every
         with self._context:
             drawn = self._counted(scene, size, settings)
             if scene.added:
                 return drawn, self._counted(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
-        return drawn, slicing.slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
+        return drawn, slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
 
     def _counted(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
         drawing = replace(self._cache.drawing(scene, size, settings), count=True)

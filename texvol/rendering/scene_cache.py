@@ -69,6 +69,7 @@ class SceneCache:
             cutting=scene.cutting,
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
+            slicing=settings.slicing,
         )
 
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:

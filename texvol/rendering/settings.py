@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from texvol.scene.display import NUMBER_MODES
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
@@ -27,6 +28,7 @@ class Settings:
     target_format: str
     early_termination: float
     skip_empty: bool
+    slicing: str = "stacks"
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""
@@ -86,3 +88,33 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
         wanted = f"target format must be auto or rgba32f in mode {mode}, whose numbers need digits"
         raise InputError(f"{wanted}, got {target_format}")
     return "rgba32f" if target_format == "auto" else target_format
+
+
+def checked_slicing(slicing: Slicing, scene: CompleteScene) -> Slicing:
+    """Return the argument if the scene can be drawn in this way.
+
+    Raises
+    ------
+    InputError
+        If there is no such slicing, or it does not draw what the scene has.
+    """
+    if slicing not in SLICINGS:
+        raise InputError(f"slicing must be stacks, polygons or wilson, got {slicing!r}")
+    beyond = {
+        "several volumes": bool(scene.added),
+        "labels": scene.volume.labels,
+        f"mode {scene.mode}": scene.mode != "composite",
+    }
+    beyond_wilson = {
+        f"classification {scene.classification}": scene.classification != "slab",
+        "what is cut open": len(scene.cutting) > 0,
+        "a depth cue": scene.depth_cue is not None,
+        "meshes or lines": bool(scene.geometry),
+    }
+    other = "stacks" if any(beyond.values()) else "polygons or stacks"
+    if slicing == "wilson":
+        beyond |= beyond_wilson
+    found = [name for name, is_there in beyond.items() if is_there]
+    if slicing != "stacks" and found:
+        raise InputError(f"slicing {slicing} does not draw {' or '.join(found)}: choose slicing {other}")
+    return slicing

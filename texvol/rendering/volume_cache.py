@@ -88,9 +88,10 @@ class VolumeCache:
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
         texels = _texels(scene, thickness, texture_format)
-        recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue)
+        whole = settings.slicing == "wilson"
+        recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue, whole)
         if self.baked is None or not same(self._recipe, recipe):
-            self.baked, self._recipe = bake(scene, thickness, texture_format, light_transmittance), recipe
+            self.baked, self._recipe = bake(scene, thickness, texture_format, light_transmittance, whole), recipe
         baked = self.baked
         if isinstance(baked, ValueTexture):
             texels = (*texels, baked.texel_format, baked.storage.offset, baked.storage.scale)

@@ -164,6 +164,16 @@ class Camera:
             return 1.0
         return float(np.sqrt(1 + self.half_height**2 * (1 + (size[0] / size[1]) ** 2)))
 
+    def clip_from_eye(self, aspect: float, near: float, far: float) -> NDArray[np.float64]:
+        """Matrix of shape (4, 4) that takes eye space, in which the view goes along -z, to clip coordinates.
+
+        `aspect` is width over height; nothing nearer than `near` or farther than `far` is kept, in world units.
+        """
+        if self.projection == "perspective":
+            return matrix44.create_perspective_projection(self.fov, aspect, near, far, dtype=np.float64).T
+        right, top = self.half_height * aspect, self.half_height
+        return matrix44.create_orthogonal_projection(-right, right, -top, top, near, far, dtype=np.float64).T
+
     def in_eye_space(self, points: NDArray[np.float64], about: Vector) -> NDArray[np.float64]:
         """Right, up and depth, world units, shape (n, 3), of `points` given relative to the world point `about`."""
         axes = np.stack([self.right, self.upward, self.forward])

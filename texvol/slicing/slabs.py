@@ -8,7 +8,9 @@ fragment integrates its own path through slab ∩ box; what it covers beyond cos
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,26 +19,26 @@ from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
+# Ways in which slabs are drawn: many by one polygon; by a polygon each; by a polygon each, and always whole.
+Slicing = Literal["stacks", "polygons", "wilson"]
+SLICINGS: tuple[Slicing, ...] = get_args(Slicing)
 Numbers = NDArray[np.float64]
+Corner = tuple[float, float]
 MOST_SLABS = 1 << 20  # float32 counts slabs exactly to 2^24; a million are hours of drawing
 # As many as there may be turns of loops in a fragment (65535 in all in Mesa's software driver), so that hardly a volume
 # has more than one stack: where nothing shows behind it a fragment stops, and there is little to blend.
 SLABS_PER_STACK = 2048
 WHOLE_BOX = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0)])
 
-_SIDES = 16
-_ANGLES = 2 * np.pi / _SIDES * np.arange(_SIDES)
-_NORMALS = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)])  # (2, sides)
-# The whole screen as a polygon of as many sides as the others; some of its corners fall together.
-_SCREEN = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]).repeat(_SIDES // 4, axis=0)
-_BOX_EDGES = np.array([(c, c | 1 << a) for a in range(3) for c in range(8) if not c & 1 << a])  # pairs of corners
+_SCREEN = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+BOX_EDGES = np.array([(c, c | 1 << a) for a in range(3) for c in range(8) if not c & 1 << a])  # pairs of corners
 
 
 @dataclass(frozen=True)
 class SlabStacks:
     """Polygons of a view, front to back."""
 
-    polygons: Numbers  # convex, in normalised device coordinates; shape (stacks, sides, 2)
+    polygons: Numbers  # convex, in normalised device coordinates; shape (stacks, corners, 2)
     first: NDArray[np.int64]  # stack s holds the slabs first[s] … last[s] - 1; shape (stacks,)
     last: NDArray[np.int64]
     eye_depth: float  # in slab thicknesses, in the same count
@@ -63,7 +65,7 @@ def slab_stacks(
     the part, in fractions of the box, shape (2, 3). Slab 0 begins at the depth of the world point `about`, the middle
     of the box unless told.
     """
-    corners = camera.in_eye_space(_corners_from_centre(volume, part), volume.centre)
+    corners = box_corners(volume, camera, part)[:, :3]
     middle = float(camera.pixel_rays(size, volume.centre if about is None else about).reference_depth)
     with np.errstate(over="ignore"):
         depths = (corners[:, 2] - middle) / slab_thickness
@@ -71,7 +73,7 @@ def slab_stacks(
     nearest, farthest = max(depths.min(), eye_depth), depths.max()
     if not farthest > nearest:
         nothing = np.empty(0, np.int64)
-        return SlabStacks(np.empty((0, _SIDES, 2)), nothing, nothing, eye_depth, slab_thickness)
+        return SlabStacks(np.empty((0, len(_SCREEN), 2)), nothing, nothing, eye_depth, slab_thickness)
     if farthest - nearest > MOST_SLABS:
         raise InputError(
             f"slab thickness {slab_thickness:g} cuts the volume into {farthest - nearest:.3g} slabs; "
@@ -103,10 +105,12 @@ def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: t
     return total
 
 
-def _corners_from_centre(volume: Volume, part: Numbers) -> Numbers:
-    """The corners of a part of the box, shape (8, 3), relative to the middle of the box."""
+def box_corners(volume: Volume, camera: Camera, part: Numbers = WHOLE_BOX) -> Numbers:
+    """Corners of a part of the box, shape (8, 6): right, up and depth in eye space, and fractions of the box."""
     bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
-    return (np.take_along_axis(part, bits, axis=0) - 0.5) @ volume.box_edges.T
+    in_box = np.take_along_axis(part, bits, axis=0)
+    in_eye_space = camera.in_eye_space((in_box - 0.5) @ volume.box_edges.T, volume.centre)
+    return np.concatenate([in_eye_space, in_box], axis=1)
 
 
 def _box_between(corners: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers, NDArray[np.bool_]]:
@@ -114,7 +118,7 @@ def _box_between(corners: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers
 
     The points are the corners between the planes and the positions where an edge meets a plane: (stacks, 32, 3).
     """
-    a, b = corners[_BOX_EDGES[:, 0]], corners[_BOX_EDGES[:, 1]]
+    a, b = corners[BOX_EDGES[:, 0]], corners[BOX_EDGES[:, 1]]
     planes = np.concatenate([near[:, np.newaxis], far[:, np.newaxis]], axis=1)  # (stacks, 2)
     rise = b[:, 2] - a[:, 2]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -129,31 +133,48 @@ def _box_between(corners: Numbers, near: Numbers, far: Numbers) -> tuple[Numbers
 
 
 def _covering_polygons(points: Numbers, exists: NDArray[np.bool_], camera: Camera, size: tuple[int, int]) -> Numbers:
-    """Return for each set of points a convex polygon on the screen that covers its projection and a margin of a pixel.
+    """Return for each set of points the convex hull of its projection and a margin of a pixel around.
 
-    Its sides lie at the farthest point in each of 16 directions, so that it has the same number of corners for
-    every stack. Where a point comes close to the plane of the eye, the polygon is the whole screen.
+    A polygon of fewer corners than others has its last one several times. Where a point comes close to the plane of
+    the eye, the polygon is the whole screen.
     """
-    width, height = size
-    scale = height / 2 / camera.half_height  # pixels per world unit, at depth 1 in perspective
+    half_size = np.array(size) / 2
+    scale = half_size[1] / camera.half_height  # pixels per world unit, at depth 1 in perspective
     depth = points[..., 2:]
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         pixels = points[..., :2] * (scale / depth if camera.projection == "perspective" else scale)
-        distances = pixels @ _NORMALS
-    # A pixel of margin: drivers snap corners to 1/256 pixel, and a silhouette lost by that shows in full.
-    reach = np.where(exists[..., np.newaxis], distances, -np.inf).max(axis=1) + 1.0
-    reach[~exists.any(axis=1)] = np.inf  # a sliver that rounding took every point from
-    # Side i and its neighbour i + 1 meet at n_i r_i + t_i (r_{i+1} - r_i cos) / sin, t_i perpendicular to n_i.
-    following = np.roll(reach, -1, axis=1)
-    step = _ANGLES[1]
-    tangents = np.stack([-_NORMALS[1], _NORMALS[0]])
-    with np.errstate(invalid="ignore"):
-        along = (following - reach * np.cos(step)) / np.sin(step)
-        corners = (reach[:, np.newaxis] * _NORMALS + along[:, np.newaxis] * tangents).transpose(0, 2, 1)
-    polygons = corners / (width / 2, height / 2)
     # Beyond 64 screens float32 has too few digits left on the screen itself.
-    far_off = ~(np.abs(polygons).max(axis=(1, 2)) < 64)
+    is_near = (np.abs(pixels) < 64 * half_size).all(axis=2)
     if camera.projection == "perspective":
-        far_off |= (np.where(exists, points[..., 2], np.inf) <= 0).any(axis=1)
-    polygons[far_off] = _SCREEN
-    return polygons
+        is_near &= points[..., 2] > 0
+    has_hull = exists.any(axis=1) & (is_near | ~exists).all(axis=1)  # rounding may take every point from a sliver
+    stacks = zip(pixels, exists, has_hull, strict=True)
+    hulls = [_hull_and_pixel(every[each]) / half_size if known else _SCREEN for every, each, known in stacks]
+    most = max(len(hull) for hull in hulls)
+    return np.stack([np.concatenate([hull, hull[-1:].repeat(most - len(hull), axis=0)]) for hull in hulls])
+
+
+def _hull_and_pixel(points: Numbers) -> Numbers:
+    """Convex hull of points (n, 2) and all that is within a pixel of them along either axis, anticlockwise.
+
+    Drivers snap corners to 1/256 pixel, and a silhouette that is lost by that shows in full.
+    """
+    hull = _hull((x, y) for x, y in points.tolist())
+    return np.array(_hull([(x + right, y + up) for x, y in hull for right in (-1.0, 1.0) for up in (-1.0, 1.0)]))
+
+
+def _hull(points: Iterable[Corner]) -> list[Corner]:
+    """Convex hull of points, anticlockwise (monotone chain; Andrew 1979)."""
+    ordered = sorted(points)
+    hull: list[Corner] = []
+    for side in (ordered, ordered[::-1]):
+        chain: list[Corner] = []
+        for x, y in side:
+            while len(chain) > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (y - ay) > (by - ay) * (x - ax):
+                    break
+                chain.pop()
+            chain.append((x, y))
+        hull += chain[:-1]
+    return hull or ordered[:1]

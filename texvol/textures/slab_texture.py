@@ -161,16 +161,19 @@ def bake(
     samples: Samples | None = None,
     lighting: Lighting | None = None,
     hidden: NDArray[np.bool_] | None = None,
+    whole_slabs: bool = False,
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in a dense medium, of optical depth 2 at most: of
     opacities nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to
-    be seen. Where values alone don't tell what is at a sample, `samples` does, in that light; what is `hidden` is not
-    there.
+    be seen; with `whole_slabs` it is all of the slab. Where values alone don't tell what is at a sample, `samples`
+    does, in that light; what is `hidden` is not there.
     """
     length_unit = volume.smallest_spacing
-    if classification == "slab":
+    if classification == "slab" and whole_slabs:
+        length_unit = slab_thickness
+    elif classification == "slab":
         largest_extinction = _largest_extinction(volume, transfer_function)
         length_unit = min(slab_thickness, _DEEPEST_SLAB / largest_extinction if largest_extinction > 0 else np.inf)
     opaque = _OPAQUE_EXTINCTION[texel_format]

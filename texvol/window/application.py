@@ -64,6 +64,7 @@ class Plan:
     player: Player | None = None
     frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
     max_error: float = DEFAULT_ERROR
+    slicing: str = "stacks"
     check: Callable[[], None] = lambda: None
 
     @property
@@ -93,7 +94,7 @@ class Application:
             self._shared = SharedArrays()
             self._closers.callback(self._shared.close)
             self._painters = mover, refiner = self._painter(0), self._painter(_REFINER_NICENESS)
-            director = Director(mover, refiner, Pace(plan.frames_per_second), plan.max_error)
+            director = Director(mover, refiner, Pace(plan.frames_per_second), plan.max_error, plan.slicing)
         except BaseException:
             self.close()
             raise

@@ -271,7 +271,7 @@ class Desk:
         shown = self.director.shown
         if shown is not None and shown.state == "rest" and "settings" in shown.metadata:
             return dict(shown.metadata["settings"])
-        return {"max_error": self.director.max_error}
+        return self.director.accuracy
 
     def _hear(self, answer: Answer) -> None:
         if answer.kind == "progress":

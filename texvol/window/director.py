@@ -46,9 +46,9 @@ class Shown:
 class Director:
     """Sends each new scene to the mover, and a scene that has stayed unchanged to the refiner."""
 
-    def __init__(self, mover: Painter, refiner: Painter, pace: Pace, max_error: float) -> None:
+    def __init__(self, mover: Painter, refiner: Painter, pace: Pace, max_error: float, slicing: str = "stacks") -> None:
         self._mover, self._refiner, self.pace = mover, refiner, pace
-        self.max_error = max_error
+        self.max_error, self.slicing = max_error, slicing  # of the picture at rest
         self._wanted: Wanted | None = None
         self.version = 0  # number of changes of the wanted scene
         self._changed_at = 0.0
@@ -57,6 +57,11 @@ class Director:
         self.shown: Shown | None = None
         self.faults: list[str] = []
         self.pictures = 0  # number of pictures received
+
+    @property
+    def accuracy(self) -> dict[str, Any]:
+        """Accuracy of the picture at rest, as arguments of `Renderer.render`."""
+        return {"max_error": self.max_error, "slicing": self.slicing}
 
     @property
     def at_rest(self) -> bool:
@@ -82,7 +87,7 @@ class Director:
         self._wanted = wanted
 
     def again(self) -> None:
-        """Refine the picture again, after a change of the scene or the maximum error."""
+        """Refine the picture again, after a change of the scene or the accuracy."""
         self._refined = 0
         if self._refiner.busy:
             self._refiner.drop()
@@ -107,9 +112,7 @@ class Director:
         settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
         if settled and self._refined < self.version:
             self._refined = self.version
-            self._refiner.ask(
-                kind="rest", scene=scene, size=size, showing=showing, accuracy={"max_error": self.max_error}
-            )
+            self._refiner.ask(kind="rest", scene=scene, size=size, showing=showing, accuracy=self.accuracy)
         return new
 
     def next_due(self, now: float) -> float:

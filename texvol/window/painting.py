@@ -55,9 +55,10 @@ class PiecewiseCompositor(Compositor):
         super().__init__(context)
         self._rows = _FIRST_ROWS
 
-    def _blend(self, program: Any, stacks: slicing.SlabStacks, blending: str) -> None:
+    def blend(self, *triangles: Any) -> None:
+        """Draw triangles, some rows at a time."""
         if self.check is None:
-            super()._blend(program, stacks, blending)
+            super().blend(*triangles)
             return
         target, row = self.target, 0
         width, height = target.size
@@ -66,8 +67,7 @@ class PiecewiseCompositor(Compositor):
                 self.check()
                 start, rows = time.perf_counter(), min(self._rows, height - row)
                 target.scissor = 0, row, width, rows
-                target.use()
-                super()._blend(program, stacks, blending)
+                super().blend(*triangles)
                 self.finish()
                 row += rows
                 seconds = time.perf_counter() - start
@@ -155,25 +155,26 @@ class JobRunner:
         The last picture is the picture that `texvol render --max-error` writes; choosing its thickness takes seconds.
         """
         start, renderer = time.perf_counter(), self._renderer
-        first = renderer.render(job.scene, job.size)
+        slicing = job.accuracy.get("slicing", "stacks")
+        first = renderer.render(job.scene, job.size, slicing=slicing)
         self._send(job, first, start, final=False)
         wanted = job.accuracy["max_error"]
         if job.scene.mode in NUMBER_MODES:
             # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
-        choice = renderer.foresee(job.scene, job.size, wanted)
+        choice = renderer.foresee(job.scene, job.size, wanted, slicing)
         termination = checked_termination(None, wanted)
         quick = renderer.render(
             job.scene, job.size, slab_thickness=choice.slab_thickness, texture_format="rgba32f",
-            early_termination=termination,
+            early_termination=termination, slicing=slicing,
         )  # fmt: skip
         metadata = {"wanted_error": wanted, "reached": choice.reached}
         metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
         self._send(job, quick, start, final=False, **metadata)
         with warnings.catch_warnings(record=True) as missed:
             warnings.simplefilter("always", AccuracyWarning)
-            picture = renderer.render(job.scene, job.size, max_error=wanted)
+            picture = renderer.render(job.scene, job.size, max_error=wanted, slicing=slicing)
         metadata |= {"estimated_error": renderer.estimate, "reached": not missed}
         self._send(job, picture, start, **metadata)
 

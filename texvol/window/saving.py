@@ -14,7 +14,10 @@ from texvol.window.document import Document, Saved
 from texvol.window.scene_writing import scene_files
 
 # Without these options `texvol render` makes the same choices as the window.
-_OPTIONS = ("slab-thickness", "sampling-rate", "max-error", "texture-format", "target-format", "early-termination")
+_OPTIONS = (
+    *("slab-thickness", "sampling-rate", "max-error"),
+    *("texture-format", "target-format", "early-termination", "slicing"),
+)
 
 
 def default_name(document: Document, suffix: str) -> str:

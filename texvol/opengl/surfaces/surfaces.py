@@ -131,26 +131,16 @@ class Surfaces:
 
     def _composite(self, layer: _Layer, drawing: Drawing, compositor: Compositor) -> None:
         """Put what rays see in a layer behind what is in the picture."""
-        if drawing.count:
-            return
-        gl, scale = self._gl, drawing.color_scale
-        gl.enable(moderngl.BLEND)
-        gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-        gl.blend_func = compositor.under
-        self._draw_texels(layer.color, compositor.target, (scale, scale, scale, 1.0))
+        if not drawing.count:
+            scale = drawing.color_scale
+            compositor.composite(layer.color, "under", (scale, scale, scale, 1.0))
 
     def _copy(self, source: moderngl.Texture, target: moderngl.Framebuffer) -> None:
-        self._gl.disable(moderngl.BLEND)
-        self._draw_texels(source, target, (1.0, 1.0, 1.0, 1.0))
-
-    def _draw_texels(
-        self, source: moderngl.Texture, target: moderngl.Framebuffer, factor: tuple[float, float, float, float]
-    ) -> None:
         gl = self._gl
         target.use()
-        gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         program = self._programs.program("texels", {}, "corner.vert")
-        bind(program, {"source": source}, {"factor": factor})
+        bind(program, {"source": source}, {"factor": (1.0, 1.0, 1.0, 1.0)})
         draw_triangles(gl, program, WHOLE_TARGET, "2f", "in_position")
 
     def _program(self, drawing: Drawing) -> moderngl.Program:

@@ -11,6 +11,7 @@ from texvol.annotation.request import PARTS
 from texvol.scene.lighting import DepthCue
 from texvol.scene.scene import Scene
 from texvol.scene.spaces import letters_of_space
+from texvol.slicing.slabs import SLICINGS
 from texvol.window import commands, navigation
 from texvol.window.desk import Desk
 from texvol.window.document import Document
@@ -51,6 +52,9 @@ def show(desk: Desk, document: Document) -> None:
     steps = director.max_error * 255
     if (wanted := parts.slider("error at rest (/255)", steps, 0.1, 10, "%.2g")) != steps:
         director.max_error = wanted / 255
+        director.again()
+    if (slicing := parts.choice("slicing at rest", director.slicing, SLICINGS)) != director.slicing:
+        director.slicing = slicing
         director.again()
 
 

@@ -98,7 +98,7 @@ def _picture(desk: Desk, document: Document) -> None:
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
     if _saves("picture", name):
         size = tuple(state.get("picture size", desk.pixels))
-        accuracy = desk.accuracy if size == desk.pixels else {"max_error": desk.director.max_error}
+        accuracy = desk.accuracy if size == desk.pixels else desk.director.accuracy
         desk.write(kind="file", size=size, accuracy=accuracy, path=name)
 
 
@@ -124,7 +124,6 @@ def _film(desk: Desk, document: Document) -> None:
             film.check_output(name, views, size)
             rate = state["fps"] if film_formats.is_film(name) else None
             film_formats.check_rate(name, rate)
-            accuracy = {"max_error": desk.director.max_error}
-            desk.write(kind="film", size=size, accuracy=accuracy, path=name, views=views, fps=rate)
+            desk.write(kind="film", size=size, accuracy=desk.director.accuracy, path=name, views=views, fps=rate)
 
         desk.attempt(write)

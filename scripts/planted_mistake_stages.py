@@ -1,0 +1,87 @@
+"""Mistakes in vertex and fragment shaders, outside of the files that they include."""
+
+from __future__ import annotations
+
+from planted_mistake_shaders import CLOSED_FORMS, SHADOWS, SUMS, changed
+
+_STACKS = "test_polygons.py -k 'make_the_picture_of_stacks and slab'"
+
+IN_STAGES = (
+    changed(
+        "projection.frag",
+        "* walk.path_length",
+        "* 1.0",
+        "an X-ray forgets how long the path through a slab is",
+        SUMS,
+    ),
+    changed(
+        "corner.vert",
+        "vec4(in_position, 0.0, 1.0)",
+        "vec4(0.5 * in_position, 0.0, 1.0)",
+        "a triangle covers only the middle of the picture",
+        SHADOWS,
+    ),
+    changed(
+        "slab_stack.frag",
+        "over(progress.color, behind)",
+        "progress.color",
+        "the last slab of a ray is left out",
+        CLOSED_FORMS,
+    ),
+    changed(
+        "slab_ends.frag",
+        "vec4(progress.slab, progress.end, 0.0, 0.0)",
+        "vec4(progress.slab, progress.end + 1.0, 0.0, 0.0)",
+        "a polygon draws the last slab of a ray once more",
+        _STACKS,
+    ),
+    changed(
+        "slab_polygon.frag",
+        "slab < range.x",
+        "slab <= range.x",
+        "the polygon behind a ray's first slab leaves the ray out",
+        _STACKS,
+    ),
+    changed(
+        "slab_polygon.vert",
+        "slab = in_slab;",
+        "slab = in_slab + 1.0;",
+        "polygons stand for the slab behind their own",
+        _STACKS,
+    ),
+    changed(
+        "wilson.frag",
+        "texel_scale * texture(",
+        "texture(",
+        "texels are taken as they are stored",
+        "test_polygons.py -k 'goes_to_the_integral'",
+    ),
+    changed(
+        "wilson.vert",
+        "texture_position = in_texture_position;",
+        "texture_position = 1.0 - in_texture_position;",
+        "corners have the position of the opposite ones in the texture",
+        "test_polygons.py -k 'goes_to_the_integral'",
+    ),
+    changed(
+        "slab_stack.vert",
+        "slab_range = in_slab_range;",
+        "slab_range = in_slab_range + 1.0;",
+        "stacks hold the slabs behind their own",
+        CLOSED_FORMS,
+    ),
+    changed(
+        "texels.frag",
+        "factor * texelFetch",
+        "texelFetch",
+        "colours beside surfaces keep the scale of the target",
+        "test_geometry_drawn.py -k 'brighter_than_white or any_size'",
+    ),
+    changed(
+        "surface.vert",
+        "entry(2 * int(in_numbers.y) + 1)",
+        "entry(2 * int(in_numbers.y))",
+        "the kind of a shape is read from its colour",
+        "test_geometry_lines.py -k 'translucent_joints'",
+    ),
+)
