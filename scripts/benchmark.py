@@ -24,6 +24,7 @@ SECTIONS = {
     "samples": "benchmark_samples",
     "empty": "benchmark_skipping",
     "opaque": "benchmark_skipping",
+    "slicing": "benchmark_slicing",
     "light": "benchmark_light",
     "growth": "benchmark_growth",
     "bake": "benchmark_growth",

@@ -91,6 +91,7 @@ def test_every_classification_rate_and_format_is_swept() -> None:
         for classification in ("slab", "extinction", "post", "integrated")
         for rate in (0.5, 1, 2, 4, 8)
     }
+    assert {each.slicing for each in chosen if each.classification == "slab"} == {"stacks", "polygons", "wilson"}
     assert {each.texture_format for each in chosen} == {"auto", "rgba8", "rgba16f", "rgba32f"}
     assert {each.target_format for each in chosen} == {"auto", "rgba8", "rgba16f"}  # auto is rgba32f
 

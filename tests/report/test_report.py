@@ -62,6 +62,7 @@ def test_all_files_are_there_and_nothing_else(folder: Path) -> None:
 def test_the_table_holds_times_and_all_three_errors(rows: list[dict[str, str]]) -> None:
     ours = [row for row in rows if row["renderer"] == "texvol"]
     assert {row["classification"] for row in ours} == {"slab", "extinction", "post", "integrated"}
+    assert {row["slicing"] for row in ours} == {"stacks", "polygons", "wilson"}
     assert {row["target_format"] for row in ours} == {"rgba8", "rgba16f", "rgba32f"}
     assert {row["texture_format"] for row in ours} >= {"rgba8", "rgba16f", "rgba32f"}
     for row in ours:

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from texvol.comparison import Difference, compare
 from texvol.rendering.renderer import Renderer, Size
 from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.util.errors import AccuracyWarning, InputError, MissingExtraError
 
 OURS = "texvol"
@@ -48,6 +49,7 @@ class Setting:
     texture_format: str = "auto"
     target_format: str = "auto"
     renderer: str = OURS
+    slicing: Slicing = "stacks"
 
     @property
     def rate(self) -> str:
@@ -56,8 +58,10 @@ class Setting:
 
     @property
     def name(self) -> str:
-        """Short name of renderer and classification: "slab", "VTK GPU"."""
-        return self.classification if self.renderer == OURS else self.renderer
+        """Short name of renderer, classification and slicing: "slab", "slab by Wilson", "VTK GPU"."""
+        if self.renderer != OURS:
+            return self.renderer
+        return self.classification + {"stacks": "", "polygons": " by polygons", "wilson": " by Wilson"}[self.slicing]
 
     @property
     def formats(self) -> str:
@@ -157,6 +161,8 @@ def settings(rates: Iterable[float] = SAMPLING_RATES) -> list[Setting]:
     for rate in rates:
         for classification in _ORDER:
             chosen.append(Setting(classification, rate))
+            if classification == "slab":
+                chosen += [Setting(classification, rate, slicing=each) for each in SLICINGS if each != "stacks"]
             if rate in _TEXEL_RATES and classification in PRECLASSIFIED:
                 chosen += [Setting(classification, rate, texture_format=each) for each in _FORMATS]
             if rate == _TARGET_RATE:
@@ -293,6 +299,7 @@ def _measure(
         slab_thickness=thickness,
         texture_format=setting.texture_format,
         target_format=setting.target_format,
+        slicing=setting.slicing,
         repeat=1 + frames,
     )
     stats = renderer.stats
@@ -315,14 +322,15 @@ def _measure(
 def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]) -> Measurement:
     """Return the measurement with the bake and upload of an earlier one if it used that texture or a part of it.
 
-    Measurements that differ only in the target use one texture.
+    Measurements that differ only in the target use one texture, and so do stacks and polygons.
     """
     if measurement.skipped:
         return measurement
-    base = replace(measurement.setting, target_format="auto")
+    slicing = measurement.setting.slicing
+    base = replace(measurement.setting, target_format="auto", slicing="stacks" if slicing == "polygons" else slicing)
     for earlier in done:
         same_texture = (
-            earlier.setting.classification == base.classification
+            (earlier.setting.classification, earlier.setting.slicing) == (base.classification, base.slicing)
             and earlier.texture_format == measurement.texture_format
             and (base.classification != "slab" or earlier.slab_thickness == measurement.slab_thickness)
         )

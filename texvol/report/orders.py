@@ -39,7 +39,7 @@ def slab_orders(measurements: Sequence[Measurement]) -> dict[str, float | None]:
         measured = [
             (each.slab_thickness, each.discretisation.rms_error)
             for each in measurements
-            if each.setting.classification == classification
+            if (each.setting.classification, each.setting.slicing) == (classification, "stacks")
             and (each.setting.texture_format, each.setting.target_format) == ("auto", "auto")
             and each.discretisation is not None
         ]

@@ -32,6 +32,8 @@ THEMES = {
 # Colour and mark of each name; colours for all kinds of colour vision, on white and on black (Okabe, Ito 2008).
 _LOOKS = {
     "slab": ("#e69f00", "s"),
+    "slab by polygons": ("#c9b458", "p"),
+    "slab by Wilson": ("#a6761d", "h"),
     "extinction": ("#009e73", "o"),
     "post": ("#56a0e4", "^"),
     "integrated": ("#d5553a", "D"),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from texvol.comparison import Difference
-from texvol.report.convergence import PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
+from texvol.report.convergence import OURS, PRECLASSIFIED, Measurement, Setting, pareto_front, total_max, total_rms
 from texvol.report.measuring import Findings
 from texvol.report.words import LIMITS, recommendation, rms_of, seconds
 from texvol.scene.volume import Volume
@@ -81,6 +81,7 @@ def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
     row = {
         "renderer": setting.renderer,
         "classification": setting.classification,
+        "slicing": setting.slicing if setting.renderer == OURS else "",
         "sampling_rate": setting.sampling_rate,
         "slab_thickness": each.slab_thickness,
         "slabs": each.slabs,
