@@ -10,12 +10,16 @@ import time
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from PIL import Image
 
+from texvol import Camera, Volume
 from texvol.__main__ import main as texvol_main
+from texvol.opengl.wilson import sections
 from texvol.scene.transfer import PRESETS
+from texvol.slicing.slabs import BOX_EDGES, box_corners
 
 Figure = tuple[str, Image.Image]  # name of the file, picture
 THUMBNAIL = 200
@@ -69,6 +73,64 @@ def draw_slabs(folder: Path) -> Iterator[Figure]:
     figure.savefig(folder / "slabs.png", bbox_inches="tight", facecolor="white")
     plt.close(figure)
     yield "slabs.png", Image.open(folder / "slabs.png").convert("P", palette=Image.Palette.ADAPTIVE, colors=64)
+
+
+def draw_slicing(folder: Path) -> Iterator[Figure]:
+    """A cube and the polygons of some slabs; and time and error of all ways of slicing, from the table of the page."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, (cube, fog, bone) = plt.subplots(
+        1, 3, figsize=(12, 3.7), dpi=120, width_ratios=(1.05, 1, 1), layout="constrained"
+    )
+    _draw_sections(cube)
+    for axes, scene in ((fog, "256³ fog"), (bone, "256³ bone")):
+        _draw_speed(axes, scene)
+    fog.set_ylabel("rms error")
+    figure.legend(*bone.get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=9)
+    figure.savefig(folder / "slicing.png", facecolor="white")
+    plt.close(figure)
+    yield "slicing.png", Image.open(folder / "slicing.png").convert("P", palette=Image.Palette.ADAPTIVE, colors=128)
+
+
+def _draw_sections(axes: Any) -> None:
+    """The sections of a cube by the planes in the middle of nine slabs, seen from the side."""
+    from matplotlib.patches import Polygon
+
+    volume = Volume(np.zeros((2, 2, 2), np.uint8))
+    camera = Camera.orthographic(volume.centre - (6.0, 3.5, 2.6), volume.centre, (0, 0, 1), 4)
+    corners = box_corners(volume, camera)
+    depths = np.linspace(corners[:, 2].min(), corners[:, 2].max(), 8)
+    _, polygons = sections(corners, (depths[:-1] + depths[1:]) / 2)
+    # Depth goes to the right, and a little of the other axes shows.
+    seen = np.array([[0.3, -0.3], [0.0, 0.9], [1.5, 0.1]])
+    for number, polygon in enumerate(polygons[::-1]):
+        color = ("#f4b183", "#bcd3ea")[number % 2]
+        axes.add_patch(Polygon(polygon[:, :3] @ seen, fc=color, ec="#333333", lw=0.8, alpha=0.8))
+    for a, b in BOX_EDGES:
+        axes.plot(*(corners[[a, b], :3] @ seen).T, color="#777777", lw=0.8, zorder=0)
+    axes.annotate("one polygon a slab,\n3 to 6 corners", (0.5, -0.12), xycoords="axes fraction", ha="center", fontsize=9)
+    axes.autoscale_view()
+    axes.set_aspect("equal")
+    axes.axis("off")
+
+
+def _draw_speed(axes: Any, scene: str) -> None:
+    """Time and error of a scene in the table of how-it-works.md; a mark for each rate."""
+    page = (Path(__file__).parents[1] / "texvol" / "docs" / "how-it-works.md").read_text(encoding="utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[2:-1]] for line in page.splitlines() if f"| {scene} |" in line]
+    numbers = np.array(rows, float)
+    for name, time_column, error_column, color, mark in (
+        ("stacks", 1, 4, "#0072b2", "o"), ("polygons", 2, 4, "#e69f00", "s"), ("wilson", 3, 5, "#c0392b", "^"),
+        ("stacks, 8 bits", 1, 6, "#0072b2", "."), ("polygons, 8 bits", 2, 7, "#e69f00", "."),
+    ):  # fmt: skip
+        line = ":" if "bits" in name else "-"
+        axes.loglog(numbers[:, time_column], numbers[:, error_column], line, marker=mark, color=color, ms=5, label=name)
+    axes.set(title=f"{scene}, ¼ to 8 slabs per voxel", xlabel="ms")
+    axes.title.set_fontsize(10)
+    axes.grid(True, which="major", lw=0.4)
 
 
 def _draw_planes(axes: object, box: np.ndarray, planes: np.ndarray) -> None:

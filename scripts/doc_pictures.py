@@ -20,7 +20,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from doc_figures import draw_layers, draw_slabs, draw_thumbnails, draw_window
+from doc_figures import draw_layers, draw_slabs, draw_slicing, draw_thumbnails, draw_window
 from example_volumes import SPACING, write_volumes
 from PIL import Image
 
@@ -31,7 +31,10 @@ PICTURES = DOCS / "pictures"
 WIDTH = 400
 QUALITY = 88
 _FENCE = re.compile(r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)```", re.DOTALL)
-_DRAWN_HERE = {"thumbnails": draw_thumbnails, "slabs": draw_slabs, "layers": draw_layers, "screenshot": draw_window}
+_DRAWN_HERE = {
+    "thumbnails": draw_thumbnails, "slabs": draw_slabs, "slicing": draw_slicing, "layers": draw_layers,
+    "screenshot": draw_window,
+}  # fmt: skip
 
 
 @contextlib.contextmanager

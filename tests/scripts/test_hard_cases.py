@@ -25,6 +25,26 @@ def test_a_hard_case_is_within_its_bound(case: HardCase, renderer: Renderer) -> 
     assert "llvmpipe" not in renderer.renderer_name or not outcome.loose, "a loose bound says nothing, or says why"
 
 
+@pytest.mark.parametrize("case", CASES[::4], ids=lambda case: case.name)
+def test_polygons_are_within_it_as_well(case: HardCase, renderer: Renderer) -> None:
+    if case.options["target_format"] != "rgba32f":
+        pytest.skip("each polygon rounds to a target of fewer bits")
+    outcome = run(case, renderer, times=1, slicing="polygons")
+    assert outcome.max_error <= outcome.bound + 1e-6
+
+
+def test_cases_that_a_slicing_does_not_draw_are_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    post = next(case for case in CASES if case.scene.classification == "post")
+    slab = next(case for case in CASES if case.scene.classification == "slab" and case.scene.mode == "composite")
+    monkeypatch.setattr(table, "hard_cases", lambda: [post, replace(slab, bound=lambda _: 9.0)])
+    monkeypatch.setattr("sys.argv", ["hard_cases.py", "--slicing", "wilson", "-o", str(tmp_path)])
+    assert table.main() == 0
+    said = capsys.readouterr()
+    assert "does not draw classification post" in said.err and slab.name in said.out and post.name not in said.out
+
+
 def test_every_case_has_a_name_of_its_own_and_a_derivation() -> None:
     assert len({case.name for case in CASES}) == len(CASES)
     assert all(case.why for case in CASES)

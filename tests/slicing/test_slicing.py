@@ -61,6 +61,22 @@ def test_a_polygon_covers_every_pixel_whose_ray_meets_its_stack(
     assert visible.sum() == 0 or stacks.slab_count > 0
 
 
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_a_polygon_is_no_larger_than_the_hull_and_a_pixel(projection: Projection) -> None:
+    from scipy.spatial import ConvexHull
+
+    volume = Volume(np.zeros((8, 9, 10), np.uint8))
+    camera = _camera(volume, (1, 2, 3), 3.0, projection)
+    (polygon,) = slab_stacks(volume, camera, 1.0, SIZE).polygons
+    right, up, depth = camera.in_eye_space(volume.corners_from_centre, volume.centre).T
+    scale = SIZE[1] / 2 / camera.half_height / (depth if projection == "perspective" else 1.0)
+    hull = ConvexHull(np.stack([right * scale, up * scale], axis=1))
+    pixels = polygon * np.array(SIZE) / 2
+    assert _covers(polygon, hull.points * 2 / SIZE).all()
+    area = ConvexHull(pixels).volume  # of points in a plane that is their area
+    assert hull.volume < area <= hull.volume + 1.5 * hull.area + 4
+
+
 def test_slabs_do_not_move_with_the_eye() -> None:
     volume = Volume(np.zeros((20, 20, 20), np.uint8))
     near = slab_stacks(volume, _camera(volume, (1, 2, 3), 3.0, "orthographic"), 0.7, SIZE)

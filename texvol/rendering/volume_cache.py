@@ -95,6 +95,8 @@ class VolumeCache:
         baked = self.baked
         if isinstance(baked, ValueTexture):
             texels = (*texels, baked.texel_format, baked.storage.offset, baked.storage.scale)
+        else:
+            texels = (*texels, baked.length_unit)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
             self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)

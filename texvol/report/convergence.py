@@ -322,15 +322,14 @@ def _measure(
 def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]) -> Measurement:
     """Return the measurement with the bake and upload of an earlier one if it used that texture or a part of it.
 
-    Measurements that differ only in the target use one texture, and so do stacks and polygons.
+    Measurements that differ only in the target use one texture, and so do most that differ only in the slicing.
     """
     if measurement.skipped:
         return measurement
-    slicing = measurement.setting.slicing
-    base = replace(measurement.setting, target_format="auto", slicing="stacks" if slicing == "polygons" else slicing)
+    base = replace(measurement.setting, target_format="auto")
     for earlier in done:
         same_texture = (
-            (earlier.setting.classification, earlier.setting.slicing) == (base.classification, base.slicing)
+            earlier.setting.classification == base.classification
             and earlier.texture_format == measurement.texture_format
             and (base.classification != "slab" or earlier.slab_thickness == measurement.slab_thickness)
         )

@@ -13,7 +13,7 @@ import html
 import io
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,8 @@ from texvol.comparison import compare
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
-from texvol.slicing.slabs import slab_stacks
+from texvol.slicing.slabs import SLICINGS, Slicing, slab_stacks
+from texvol.util.errors import InputError
 
 TIGHT = 10  # a bound more than this above what is measured says little, unless it says why
 COLUMNS = ("case", "seconds", "max_error", "rms_error", "bound", "bound / max", "verdict", "bound from")
@@ -64,8 +65,9 @@ class Outcome:
         return (self.case.name, f"{self.seconds:.4f}", *errors, ratio, self.verdict, why)
 
 
-def run(case: HardCase, renderer: Renderer, times: int = 2) -> Outcome:
+def run(case: HardCase, renderer: Renderer, times: int = 2, slicing: Slicing = "stacks") -> Outcome:
     """The case drawn so many times, the last time timed, and compared."""
+    case = replace(case, options=case.options | {"slicing": slicing})
     picture, truth, seconds = _pair(case, case.scene, renderer, times)
     slabs = slab_stacks(
         case.scene.volume, case.scene.completed(case.size).camera, case.slab_thickness, case.size
@@ -135,6 +137,7 @@ draw. The case nearest to its bound comes first.</p>
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--slicing", choices=SLICINGS, default="stacks", help="how slabs are drawn (stacks)")
     parser.add_argument("-o", "--output", type=Path, default=Path("."), metavar="DIR", help="where the tables go")
     arguments = parser.parse_args()
     outcomes = []
@@ -143,7 +146,10 @@ def main() -> int:
         for number, case in enumerate(cases, start=1):
             if sys.stderr.isatty():
                 print(f"\r{number} of {len(cases)}", end="", file=sys.stderr, flush=True)
-            outcomes.append(run(case, renderer))
+            try:
+                outcomes.append(run(case, renderer, slicing=arguments.slicing))
+            except InputError as error:
+                print(f"{case.name}: {error}", file=sys.stderr)
         outcomes = worst_first(outcomes)
         arguments.output.mkdir(parents=True, exist_ok=True)
         (arguments.output / "hard_cases.csv").write_text(as_csv(outcomes), encoding="utf-8")
