@@ -15,7 +15,7 @@ from scipy.ndimage import map_coordinates
 
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.slicing.slabs import SLABS_PER_STACK
+from texvol.slicing.slabs import SLABS_PER_STACK, Slicing
 
 Numbers = NDArray[np.float64]
 ULP = 2.0**-24  # half the distance of float32 numbers in [1, 2): what one rounding of a number up to 1 costs at most
@@ -34,6 +34,7 @@ class Drawing:
     slab_thickness: float
     slabs: int
     truth: Numbers
+    slicing: Slicing = "stacks"
 
     @property
     def classification(self) -> str:
@@ -193,7 +194,9 @@ def rounding(drawing: Drawing) -> float:
 
 
 def slabs_per_blend(drawing: Drawing) -> int:
-    """Slabs of a stack."""
+    """Slabs of a polygon."""
+    if drawing.slicing != "stacks":
+        return 1
     return SLABS_PER_STACK // 8 if drawing.classification == "integrated" else SLABS_PER_STACK
 
 

@@ -72,7 +72,7 @@ def run(case: HardCase, renderer: Renderer, times: int = 2, slicing: Slicing = "
     slabs = slab_stacks(
         case.scene.volume, case.scene.completed(case.size).camera, case.slab_thickness, case.size
     ).slab_count
-    bound = case.bound(Drawing(case.scene, case.size, case.slab_thickness, slabs, truth))
+    bound = case.bound(Drawing(case.scene, case.size, case.slab_thickness, slabs, truth, slicing))
     if case.turned:
         turned, turned_truth, _ = _pair(case, case.turned, renderer, times)
         picture, truth = turned - picture, turned_truth - truth
