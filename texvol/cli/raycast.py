@@ -11,6 +11,7 @@ from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.output.export import PictureExport, is_exact
+from texvol.scene.refinement import REFINEMENTS
 from texvol.util import writing
 
 
@@ -21,6 +22,10 @@ def add_raycast(commands: Any) -> None:
     options.add_scene_options(parser)
     parser.add_argument("-o", "--output", metavar="IMAGE", required=True, help=f"picture: {', '.join(image.FORMATS)}")
     add_depth(parser)
+    parser.add_argument(
+        "--texture-refinement", type=int, choices=REFINEMENTS, metavar="1|2|4", default=1,
+        help="the medium of slab and extinction is that of a grid so many times finer (1)",
+    )  # fmt: skip
     parser.set_defaults(run=run)
 
 
@@ -37,7 +42,7 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
-    picture = export.of(raycast(scene, size), scene, output)
+    picture = export.of(raycast(scene, size, texture_refinement=arguments.texture_refinement), scene, output)
     metadata = {"texvol:renderer": "ray casting, float64"}
     metadata |= export.metadata(scene_options.volume, scene, output)
     files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}

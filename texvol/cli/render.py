@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
-    *("texture_format", "target_format", "early_termination", "skip_empty", "slicing"),
+    *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
 )
 
 
@@ -58,12 +58,20 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     thickness.add_argument(
         "--max-error", type=texts.number, metavar="E", help="maximum absolute error of the linear picture"
     )
+    group.add_argument(
+        "--of", choices=("own", "post"), default="own",
+        help="--max-error is of the integral of the picture's own classification, or of post",
+    )  # fmt: skip
     group.add_argument("--strict", action="store_true", help="exit with status 1 if --max-error is not reached")
     group.add_argument(
         "--check", type=texts.pixels, metavar="N|all",
         help="compare N random pixels, or all, with the oracle and print the error; also in --stats and the header",
     )  # fmt: skip
     group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
+    group.add_argument(
+        "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto", default=1,
+        help="texels of slab and extinction along an axis for a sample (1); auto: as many as show, and fit",
+    )  # fmt: skip
     group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
     group.add_argument(
         "--early-termination", type=texts.transmittance, metavar="T",

@@ -134,6 +134,13 @@ def transmittance(text: str) -> float:
     return _number_if(text, lambda value: 0 <= value < 1, "a transmittance of at least 0 and under 1")
 
 
+def refinement(text: str) -> int | str:
+    """Return a refinement of textures: 1, 2, 4 or auto."""
+    if text not in ("1", "2", "4", "auto"):
+        raise argparse.ArgumentTypeError(f"must be 1, 2, 4 or auto, got {text!r}")
+    return text if text == "auto" else int(text)
+
+
 def frames_per_second(text: str) -> float:
     """Return frames per second of a film."""
     return _number_if(text, lambda value: 0.1 <= value <= 1000, "frames per second from 0.1 to 1000")

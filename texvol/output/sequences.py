@@ -133,8 +133,8 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
     """Return the accuracy that was chosen for the first picture, and statistics of its estimated error if any."""
     if accuracy["max_error"] is None:
         return accuracy, {}
-    names = ("slab_thickness", "texture_format", "target_format", "early_termination")
-    kept = {"max_error": None} | {name: renderer.settings[name] for name in names}
+    names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
+    kept = {"max_error": None, "of": "own"} | {name: renderer.settings[name] for name in names}
     return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from texvol.rendering.settings import Settings, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.lighting import Light, Lighting
+from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.slabs import SLICINGS
 from texvol.textures.slab_texture import TEXEL_FORMATS
@@ -28,7 +29,7 @@ SOURCE |= {"variable": str, "resolution": list, "missing": list}
 SOURCE |= {"channel": int, "time": int, "labels": bool, "color": bool}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
-    each.name: {"float": _NUMBER, "str": str, "bool": bool}[str(each.type)] for each in fields(Settings)
+    each.name: {"float": _NUMBER, "str": str, "bool": bool, "int": int}[str(each.type)] for each in fields(Settings)
 }
 _MOST_SHOWN = 200  # characters of a quoted text, enough for a path
 
@@ -48,6 +49,8 @@ def settings(content: Any) -> dict[str, Any]:
         raise InputError(f"slab_thickness must be positive and finite, got {thickness:g}")
     checked_termination(found.get("early_termination"), None)
     checked_target(found.get("target_format", "auto"))
+    if found.get("texture_refinement", 1) not in REFINEMENTS:
+        raise InputError(f"texture_refinement must be 1, 2 or 4, got {quoted(found['texture_refinement'])}")
     if found.get("slicing", "stacks") not in SLICINGS:
         raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):

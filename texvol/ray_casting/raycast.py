@@ -42,6 +42,7 @@ from texvol.ray_casting.common.rays import (
 )
 from texvol.ray_casting.plain import tracer as plain
 from texvol.scene.lighting import casts_shadows
+from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.scene.volume import Volume
 
@@ -53,7 +54,7 @@ _SHORT = 2.0**-26  # of a cap, in smallest spacings: half of float64's digits ar
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
 
 
-def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.float64]:
+def raycast(scene: Scene, size: tuple[int, int] = (512, 512), *, texture_refinement: int = 1) -> NDArray[np.float64]:
     """Return the exact picture of a scene, shape (height, width, 4), to about 1e-9.
 
     The picture is linear and premultiplied, row 0 on top; the background is included, times 1 - opacity. In the modes
@@ -66,13 +67,17 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512)) -> NDArray[np.floa
         post-classified medium for "post" and "integrated".
     size : (width, height)
         In pixels; one ray passes through the centre of each.
+    texture_refinement : 1, 2 or 4
+        The medium of the classifications slab and extinction is that of a grid so many times finer, as in
+        `Renderer.render`.
 
     Raises
     ------
     InputError
-        If the size is not at least one pixel in each direction.
+        If the size is not at least one pixel in each direction, or the grid of the scene cannot be refined.
     """
-    return _timed(scene, checked_size(size), lambda array: array)
+    size = checked_size(size)
+    return _timed(refined_scene(scene.completed(size), texture_refinement), size, lambda array: array)
 
 
 def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]) -> Numbers:

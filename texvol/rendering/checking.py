@@ -23,6 +23,7 @@ from __future__ import annotations
 import json
 import math
 import sys
+import warnings
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -33,8 +34,8 @@ from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.halving import is_plain
-from texvol.textures.value_storage import bulk_of
-from texvol.util.errors import InputError
+from texvol.textures.value_storage import HOPELESS, ULP, bulk_of
+from texvol.util.errors import AccuracyWarning, InputError
 
 ALL = "all"
 CONFIDENCE = 0.99
@@ -220,6 +221,46 @@ def _through(rows: NDArray[np.intp], width: int, backwards: bool) -> NDArray[np.
     pixels = columns[:, np.newaxis] + rows * width
     pixels[1::2] = pixels[1::2, ::-1]
     return pixels.reshape(-1)
+
+
+def warn_of_lost_digits(lost: float) -> None:
+    """Warn of values that single precision cannot tell apart.
+
+    `lost` is the rounding of values, as a fraction of the narrowest interval of the transfer function.
+    """
+    if lost >= HOPELESS * ULP:
+        warnings.warn(
+            "single precision cannot hold the values at which the transfer function changes: they are so far apart "
+            f"that rounding moves values by up to {lost:.2g} of its narrowest interval",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+
+
+def held_against_oracle(
+    picture: NDArray[np.float32],
+    scene: CompleteScene,
+    count: int | str | None,
+    wanted: float | None,
+    estimate: float | None,
+) -> Check | None:
+    """Check some pixels, and warn if their error is larger than requested.
+
+    Without a `count` only few are checked, if that takes little time; `estimate` is that of the error, for the warning.
+    """
+    if count is not None:
+        found: Check | None = check_picture(picture, scene, count, wanted)
+    else:
+        found = None if wanted is None else check_in_passing(picture, scene, wanted)
+    if wanted is not None and found is not None and found.beyond:
+        said = "" if estimate is None else f", {estimate:.2g} estimated"
+        warnings.warn(
+            f"requested error of {wanted:g} not reached{said}: of {found.pixels} checked pixels {found.beyond} are "
+            f"beyond, with errors of up to {found.largest_error:.2g}",
+            AccuracyWarning,
+            stacklevel=3,
+        )
+    return found
 
 
 def can_march(scene: CompleteScene) -> bool:

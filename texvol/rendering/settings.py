@@ -29,6 +29,7 @@ class Settings:
     early_termination: float
     skip_empty: bool
     slicing: str = "stacks"
+    texture_refinement: int = 1  # texels along an axis for a sample
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -50,6 +50,7 @@ class Setting:
     target_format: str = "auto"
     renderer: str = OURS
     slicing: Slicing = "stacks"
+    texture_refinement: int = 1
 
     @property
     def rate(self) -> str:
@@ -61,7 +62,8 @@ class Setting:
         """Short name of renderer, classification and slicing: "slab", "slab by Wilson", "VTK GPU"."""
         if self.renderer != OURS:
             return self.renderer
-        return self.classification + {"stacks": "", "polygons": " by polygons", "wilson": " by Wilson"}[self.slicing]
+        sliced = {"stacks": "", "polygons": " by polygons", "wilson": " by Wilson"}[self.slicing]
+        return self.classification + (" refined" if self.texture_refinement > 1 else "") + sliced
 
     @property
     def formats(self) -> str:
@@ -92,6 +94,7 @@ class Measurement:
     discretisation: Difference | None = None
     total: Difference | None = None
     estimated_error: float | None = None  # maximum error that the renderer expects
+    estimated_model_error: float | None = None  # and the largest difference of its medium's integral from post's
     skipped: str = ""
 
 
@@ -104,23 +107,28 @@ class Truths:
 
     preclassified: NDArray[np.float64] | None
     postclassified: NDArray[np.float64] | None
-    seconds: float = 0.0  # of both together
+    seconds: float = 0.0  # of all together
     reason: str = ""
+    refined: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)  # pre-classified, by texture refinement
 
     @classmethod
-    def of(cls, scene: Scene, size: Size) -> Truths:
-        """Return both integrals of `scene` in a picture of `size`."""
+    def of(cls, scene: Scene, size: Size, refinements: Iterable[int] = ()) -> Truths:
+        """Return both integrals of `scene` in a picture of `size`, and those of refined textures."""
         start = time.perf_counter()
         try:
             from texvol.ray_casting import raycast
         except MissingExtraError as error:
             return cls(None, None, reason=str(error))
         before, after = (raycast(replace(scene, classification=each), size) for each in ("slab", "post"))
-        return cls(before, after, time.perf_counter() - start)
+        slab = replace(scene, classification="slab")
+        refined = {each: raycast(slab, size, texture_refinement=each) for each in refinements}
+        return cls(before, after, time.perf_counter() - start, refined=refined)
 
-    def of_classification(self, classification: str) -> NDArray[np.float64] | None:
-        """Return the integral that thinner slabs of this classification converge to."""
-        return self.preclassified if classification in PRECLASSIFIED else self.postclassified
+    def of_setting(self, setting: Setting) -> NDArray[np.float64] | None:
+        """Return the integral that thinner slabs of a setting converge to."""
+        if setting.texture_refinement > 1:
+            return self.refined.get(setting.texture_refinement)
+        return self.preclassified if setting.classification in PRECLASSIFIED else self.postclassified
 
     @property
     def model_error(self) -> Difference | None:
@@ -155,14 +163,19 @@ class Limits:
         return ""
 
 
-def settings(rates: Iterable[float] = SAMPLING_RATES) -> list[Setting]:
-    """Return the settings of a sweep, coarse to fine: all classifications, at some rates all formats."""
+def settings(rates: Iterable[float] = SAMPLING_RATES, texture_refinement: int = 1) -> list[Setting]:
+    """Return the settings of a sweep, coarse to fine: all classifications, at some rates all formats.
+
+    `texture_refinement` is another one that `slab` is drawn with, unless it is 1.
+    """
     chosen = []
     for rate in rates:
         for classification in _ORDER:
             chosen.append(Setting(classification, rate))
             if classification == "slab":
                 chosen += [Setting(classification, rate, slicing=each) for each in SLICINGS if each != "stacks"]
+                if texture_refinement > 1:
+                    chosen.append(Setting(classification, rate, texture_refinement=texture_refinement))
             if rate in _TEXEL_RATES and classification in PRECLASSIFIED:
                 chosen += [Setting(classification, rate, texture_format=each) for each in _FORMATS]
             if rate == _TARGET_RATE:
@@ -217,7 +230,7 @@ def ask(renderer: Renderer, scene: Scene, size: Size, wanted: float, truths: Tru
         picture = renderer.render(scene, size, max_error=wanted)
     seconds = time.perf_counter() - start
     stats = renderer.stats
-    difference = _difference(picture, truths.of_classification(scene.classification))
+    difference = _difference(picture, truths.of_setting(Setting(scene.classification, 1.0)))
     return Asked(
         scene.classification,
         wanted,
@@ -230,7 +243,7 @@ def ask(renderer: Renderer, scene: Scene, size: Size, wanted: float, truths: Tru
 
 def with_errors(measurement: Measurement, picture: NDArray, truths: Truths) -> Measurement:
     """Return the measurement with the errors of its picture."""
-    truth = truths.of_classification(measurement.setting.classification)
+    truth = truths.of_setting(measurement.setting)
     return replace(
         measurement,
         discretisation=_difference(picture, truth),
@@ -300,6 +313,7 @@ def _measure(
         texture_format=setting.texture_format,
         target_format=setting.target_format,
         slicing=setting.slicing,
+        texture_refinement=setting.texture_refinement,
         repeat=1 + frames,
     )
     stats = renderer.stats
@@ -315,6 +329,7 @@ def _measure(
         bake_seconds=seconds["bake"] if "upload" in seconds else None,
         upload_seconds=seconds.get("upload"),
         estimated_error=stats["estimated_error"],
+        estimated_model_error=stats["estimated_model_error"],
     )
     return measurement, picture
 
@@ -329,7 +344,8 @@ def _with_seconds_from_scratch(measurement: Measurement, done: list[Measurement]
     base = replace(measurement.setting, target_format="auto")
     for earlier in done:
         same_texture = (
-            earlier.setting.classification == base.classification
+            (earlier.setting.classification, earlier.setting.texture_refinement)
+            == (base.classification, base.texture_refinement)
             and earlier.texture_format == measurement.texture_format
             and (base.classification != "slab" or earlier.slab_thickness == measurement.slab_thickness)
         )

@@ -93,7 +93,8 @@ def measure(
     scene = scene.completed(size)
     busy = os.getloadavg()[0]
     progress.say("integrating both media exactly")
-    truths = Truths.of(scene, size)
+    refinement = _refinement(renderer, scene, size)
+    truths = Truths.of(scene, size, [refinement] if refinement > 1 else [])
     picture = renderer.render(scene, size)
     findings = Findings(scene, size, truths, fingerprint(renderer), command, picture, date)
     if busy > _BUSY:
@@ -101,7 +102,7 @@ def measure(
     if truths.reason:
         findings.notes.append(f"No error could be measured: {truths.reason}.")
     rates = QUICK_RATES if quick else SAMPLING_RATES
-    chosen = settings(rates)
+    chosen = settings(rates, refinement)
     progress.expect(len(chosen) + len(vtk_mappers.MAPPERS) * len(rates))
     for outcome in sweep(renderer, scene, size, chosen, truths, _limits(quick)):
         _add(findings, outcome, progress)
@@ -152,6 +153,12 @@ def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple
                 break
 
 
+def _refinement(renderer: Renderer, scene: Scene, size: Size) -> int:
+    """Return the refinement of the slab texture that shows and fits at one slab per voxel."""
+    renderer.render(replace(scene, classification="slab"), size, texture_refinement="auto")
+    return int(renderer.settings["texture_refinement"])
+
+
 def _limits(quick: bool) -> Limits:
     return Limits(setting_seconds=5, sweep_seconds=40, least_frames=2, frames_seconds=0.1) if quick else Limits()
 
@@ -159,7 +166,7 @@ def _limits(quick: bool) -> Limits:
 def _add(findings: Findings, outcome: Outcome, progress: Progress) -> None:
     measurement, picture = outcome
     findings.measurements.append(measurement)
-    truth = findings.truths.of_classification(measurement.setting.classification)
+    truth = findings.truths.of_setting(measurement.setting)
     if picture is not None and truth is not None:
         findings.error_maps[measurement.setting] = _error_map(picture, truth)
     progress.step(_outcome_in_words(measurement))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.renderer import Renderer
-from texvol.report.convergence import Measurement
+from texvol.report.convergence import Measurement, Setting
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CLASSIFICATIONS, Scene
 from texvol.scene.transfer import TransferFunction
@@ -39,9 +39,7 @@ def slab_orders(measurements: Sequence[Measurement]) -> dict[str, float | None]:
         measured = [
             (each.slab_thickness, each.discretisation.rms_error)
             for each in measurements
-            if (each.setting.classification, each.setting.slicing) == (classification, "stacks")
-            and (each.setting.texture_format, each.setting.target_format) == ("auto", "auto")
-            and each.discretisation is not None
+            if each.setting == Setting(classification, each.setting.sampling_rate) and each.discretisation is not None
         ]
         orders[classification] = slope(*zip(*measured, strict=True)) if measured else None
     return orders

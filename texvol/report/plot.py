@@ -32,6 +32,7 @@ THEMES = {
 # Colour and mark of each name; colours for all kinds of colour vision, on white and on black (Okabe, Ito 2008).
 _LOOKS = {
     "slab": ("#e69f00", "s"),
+    "slab refined": ("#e6550d", "v"),
     "slab by polygons": ("#c9b458", "p"),
     "slab by Wilson": ("#a6761d", "h"),
     "extinction": ("#009e73", "o"),

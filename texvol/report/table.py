@@ -81,6 +81,7 @@ def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
     row = {
         "renderer": setting.renderer,
         "classification": setting.classification,
+        "texture_refinement": setting.texture_refinement if setting.renderer == OURS else "",
         "slicing": setting.slicing if setting.renderer == OURS else "",
         "sampling_rate": setting.sampling_rate,
         "slab_thickness": each.slab_thickness,
@@ -94,4 +95,5 @@ def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
     }
     for name, difference in (("discretisation", each.discretisation), ("total", each.total), ("model", model)):
         row |= {f"{name}_{error}": difference and getattr(difference, error) for error in ("max_error", "rms_error")}
-    return row | {"estimated_error": each.estimated_error}
+    estimates = {"estimated_error": each.estimated_error, "estimated_model_error": each.estimated_model_error}
+    return row | estimates

@@ -39,6 +39,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene import optics
+from texvol.scene.refinement import interpolated
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -255,16 +256,4 @@ def _ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArra
 def _values_at(volume: Volume, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Interpolated values at positions from the middle of the box, world units, shape (n, 3)."""
     last = np.array(volume.dimensions) - 1
-    index = np.clip(positions @ volume.index_from_world.T + 0.5 * last, 0, last)
-    low = np.minimum(index.astype(np.intp), np.maximum(last - 1, 0))
-    fraction = index - low
-    nx, ny, _ = volume.dimensions
-    to_next = np.where(last > 0, (1, nx, nx * ny), 0)
-    start = low @ (1, nx, nx * ny)
-    flat = volume.values.reshape(-1)
-    values = np.zeros(len(positions))
-    for corner in range(8):
-        bits = corner >> np.arange(3) & 1
-        weight = np.where(bits, fraction, 1 - fraction).prod(axis=1)
-        values += weight * flat[start + int(bits @ to_next)]
-    return values
+    return interpolated(volume.values, positions @ volume.index_from_world.T + 0.5 * last)

@@ -42,24 +42,43 @@ def cheapest_texel_format(
         return "rgba32f"
     if classification == "post":
         return _cheapest_value_format(volume, transfer_function, classifier, slab_thickness)
-    d = slab_thickness / volume.smallest_spacing
-    values = _stencil_values(volume)
-    with np.errstate(invalid="ignore"):
-        texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
-    finite = np.isfinite(texels).all(axis=(1, 2))
-    texels = texels[finite & (texels != 0).any(axis=(1, 2))]  # (voxels, 7, 4): where something is seen
+    texels, finite = _stencil_texels(volume, classifier)
     if not texels.size:
         return "rgba8" if finite.any() else "rgba32f"
-    middle, before, after = texels[:, :1], texels[:, 1::2], texels[:, 2::2]
-    discretisation = 0.06 * (after - 2 * middle + before) * d**2
-    if classification == "slab":
-        discretisation = np.abs(discretisation) + ((after - before) / 2) ** 2 * d / 12
+    middle = texels[:, :1]
+    discretisation = _discretisation(texels, classification, slab_thickness / volume.smallest_spacing)
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
     for texel_format in ("rgba8", "rgba16f"):
         if _hides(_rounded(middle, scale, texel_format) - middle, discretisation, volume):
             return texel_format
     return "rgba32f"
+
+
+def discretisation_per_voxel(
+    volume: Volume, transfer_function: TransferFunction, classification: Classification, slab_thickness: float
+) -> NDArray[np.float64]:
+    """Estimate the discretisation error in a voxel of a ray, as `cheapest_texel_format` does; 0 where nothing is."""
+    classifier = texel_classifier(transfer_function, "extinction", volume.smallest_spacing, np.inf)
+    texels, _ = _stencil_texels(volume, classifier)
+    return _discretisation(texels, classification, slab_thickness / volume.smallest_spacing)
+
+
+def _stencil_texels(volume: Volume, classifier: Classifier) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Texels of voxels and their neighbours, (voxels, 7, 4), where something finite is; and which voxels are finite."""
+    values = _stencil_values(volume)
+    with np.errstate(invalid="ignore"):
+        texels = classifier(values.reshape(-1)).reshape(*values.shape, 4)
+    finite = np.asarray(np.isfinite(texels).all(axis=(1, 2)))
+    return texels[finite & (texels != 0).any(axis=(1, 2))], finite
+
+
+def _discretisation(texels: NDArray[np.float64], classification: Classification, d: float) -> NDArray[np.float64]:
+    middle, before, after = texels[:, :1], texels[:, 1::2], texels[:, 2::2]
+    discretisation = 0.06 * (after - 2 * middle + before) * d**2
+    if classification == "slab":
+        discretisation = np.abs(discretisation) + ((after - before) / 2) ** 2 * d / 12
+    return discretisation
 
 
 def _cheapest_value_format(
