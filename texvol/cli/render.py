@@ -67,6 +67,11 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         "--check", type=texts.pixels, metavar="N|all",
         help="compare N random pixels, or all, with the oracle and print the error; also in --stats and the header",
     )  # fmt: skip
+    _add_textures(group)
+
+
+def _add_textures(group: Any) -> None:
+    """Add options of textures, target and device."""
     group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
     group.add_argument(
         "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto", default=1,

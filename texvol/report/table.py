@@ -78,7 +78,7 @@ def _cell(each: Measurement) -> str:
 
 def _row(each: Measurement, model: Difference | None) -> dict[str, Any]:
     setting = each.setting
-    row = {
+    row: dict[str, Any] = {
         "renderer": setting.renderer,
         "classification": setting.classification,
         "texture_refinement": setting.texture_refinement if setting.renderer == OURS else "",

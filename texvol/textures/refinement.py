@@ -18,10 +18,11 @@ _SECONDS = 0.3  # that texels may take to be made
 _TEXELS_PER_SECOND = 25e6  # interpolated and classified on two cores; scripts/benchmark.py --only bake
 _BYTES = 4 + 16  # of a refined value and its texel, at most
 _HIDDEN = 1 / 4  # of the discretisation error
+_ROUNDING = 1e-7  # of a texel
 
 
 def chosen_refinement(scene: CompleteScene, slab_thickness: float, most_bytes: float) -> int:
-    """Return the least refinement whose model error hides in that of the slabs; or the finest there is room for.
+    """Return the least refinement whose model error hides in that of the slabs; or the best there is room for.
 
     Parameters
     ----------
@@ -41,13 +42,15 @@ def chosen_refinement(scene: CompleteScene, slab_thickness: float, most_bytes: f
         return 1
     discretisation = rms(discretisation_per_voxel(volume, scene.medium, scene.classification, slab_thickness))
     voxels = float(np.mean(volume.dimensions))
+    errors: dict[int, float] = {}
     for factor in possible:
         moved = model_error_per_voxel(volume, scene.medium, factor)
         # What has one sign along a ray adds up over all voxels, what has not over the root of their number.
-        error = rms(moved) + float(np.abs(moved.mean(axis=0)).max(initial=0.0)) * np.sqrt(voxels)
-        if error <= _HIDDEN * discretisation:
-            return factor
-    return possible[-1]
+        errors[factor] = rms(moved) + float(np.abs(moved.mean(axis=0)).max(initial=0.0)) * np.sqrt(voxels)
+        if errors[factor] <= max(_HIDDEN * discretisation, _ROUNDING):
+            break
+    # A finer grid bends where it has samples, and not where the volume has: it may be the worse one.
+    return min(errors, key=lambda factor: errors[factor])
 
 
 def model_error_per_voxel(volume: Volume, transfer_function: TransferFunction, factor: int) -> NDArray[np.float64]:
