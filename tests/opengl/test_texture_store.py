@@ -113,6 +113,32 @@ def test_what_is_there_is_not_uploaded_again(store: TextureStore) -> None:
     assert store.uploads == 3
 
 
+def test_the_bricks_of_a_large_volume_share_a_few_textures_until_they_are_drawn_again(
+    store: TextureStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(texture_store, "_LARGE", 500_000)
+    monkeypatch.setattr(texture_store, "_LARGE_BRICK", 120_000)
+    monkeypatch.setattr(texture_store, "_AT_FIRST", 260_000)
+    store.budget = 10_000_000
+    volume = Volume(random_volume(0, (20, 20, 90)).values)  # 576 kB
+    baked = baked_of(volume)
+    for picture in range(4):
+        store.prepare(baked, volume, (volume,), MARGIN)
+        assert len(store.bricks) > 4 and {brick.texture_size for brick in store.bricks} == {(20, 20, 16)}
+        uploads = store.uploads
+        for brick in store.bricks:
+            store.resources(brick)
+            assert store.bytes <= (260_000 if picture == 0 else 10_000_000)
+        # The second picture bakes what the first one gave away, the others nothing.
+        assert (store.uploads - uploads > 0) == (picture < 2)
+    store.prepare(baked, volume, (volume, "others"), MARGIN)
+    for brick in store.bricks:
+        store.resources(brick)
+    assert store.bytes == store.bytes_of_all  # what is there already is written again
+    store.prepare(baked, volume, (volume,), MARGIN, alone=False)
+    assert len(store.bricks) == 1
+
+
 def test_bricks_that_fit_stay_for_the_next_picture(store: TextureStore) -> None:
     """Of n bricks in a budget of k at least k - 1 stay, however often all are drawn in their order."""
     volume = Volume(random_volume(0, (40, 40, 40)).values)

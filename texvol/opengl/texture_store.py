@@ -3,6 +3,10 @@
 Texels go over in slices of a few megabytes, so that beside the texture no second copy of it exists. A texture whose
 texels have changed is written anew in its place. The budget is half of the free memory of the device by default, or of
 the machine if the driver is software.
+
+Memory that is touched for the first time takes longer than texels take to be made. So the bricks of a large
+volume are small, and in the first picture they follow each other in the same few textures; from the second picture of
+the same texels on each has one of its own, while there is room.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.scene.volume import Volume
-from texvol.slicing.bricks import Brick, Triple, cut, texture_size, whole
+from texvol.slicing.bricks import Brick, Triple, cut, layered_size, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import InputError
@@ -40,6 +44,9 @@ _SLICE_BYTES = 8 << 20
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
 _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
+_LARGE = 512 << 20  # bytes of texels: more are drawn in bricks
+_LARGE_BRICK = 128 << 20  # bytes of these bricks, at most
+_AT_FIRST = 256 << 20  # bytes of their textures in the first picture
 _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
 
 BakedTexture = SlabTexture | ValueTexture
@@ -89,19 +96,26 @@ class TextureStore:
         self._baked: BakedTexture | None = None
         self._texels: tuple[Any, ...] = ()
         self._clock = 0
+        self._drawn: set[Triple] = set()  # positions of the bricks that have been drawn with these texels
         self.bricks: list[Brick] = []
         self.uploads = 0
 
-    def prepare(self, baked: BakedTexture, volume: Volume, texels: tuple[Any, ...], margin: Triple) -> None:
+    def prepare(
+        self, baked: BakedTexture, volume: Volume, texels: tuple[Any, ...], margin: Triple, alone: bool = True
+    ) -> None:
         """Say what is drawn next: `texels` names what its texels are made of; `margin` is what a brick needs around it.
+
+        A volume that is not drawn `alone` is in bricks only where it must be.
 
         Raises
         ------
         NoRoomError
             If the budget has no room for any brick.
         """
+        if not same(texels, self._texels):
+            self._drawn.clear()
         layout = (volume.dimensions, baked.formats, volume.labels)
-        bricks = self._cut(volume, _bytes_of(baked), margin)
+        bricks = self._cut(volume, _bytes_of(baked), margin, alone)
         if layout != self._layout or bricks != self.bricks:
             self.release()
         self._layout, self.bricks, self._baked, self._texels = layout, bricks, baked, texels
@@ -125,6 +139,7 @@ class TextureStore:
             held.texels = None
             self._write(held, brick)
             held.texels = self._texels
+        self._drawn.add(brick.position)
         return {**held.textures, **self._tables}
 
     @property
@@ -151,21 +166,29 @@ class TextureStore:
             table.release()
         self._tables, self._tables_of = {}, None
 
-    def _cut(self, volume: Volume, bytes_per_sample: int, margin: Triple) -> list[Brick]:
+    def _cut(self, volume: Volume, bytes_per_sample: int, margin: Triple, alone: bool) -> list[Brick]:
         total = float(np.prod(volume.dimensions, dtype=float)) * bytes_per_sample
-        if total <= min(self.budget, self._largest) and max(volume.dimensions) <= self._longest:
+        is_large = alone and total > _LARGE
+        if total <= min(self.budget, self._largest) and max(volume.dimensions) <= self._longest and not is_large:
             return [whole(volume)]
-        most = min(self.budget / _BRICKS_IN_BUDGET, self._largest)
-        size = texture_size(volume.dimensions, margin, bytes_per_sample, most, self._longest)
+        most = min(self.budget / _BRICKS_IN_BUDGET, self._largest, _LARGE_BRICK if is_large else self._largest)
+        size = None
+        if is_large and max(volume.dimensions) <= self._longest:
+            size = layered_size(volume.dimensions, margin, bytes_per_sample, most)
+        size = size or texture_size(volume.dimensions, margin, bytes_per_sample, most, self._longest)
         return cut(volume.dimensions, size, margin)
 
     def _held_for(self, brick: Brick) -> _Held:
         """Textures for a brick: new ones while there is room, or else those of another brick."""
         baked = self._baked
         assert baked is not None, "nothing has been prepared"
-        if self._held and self.bytes + self._bytes_of([brick.texture_size]) > self.budget:
-            # All are wanted once a picture, so that the last one used is the one not wanted for longest.
-            return _Held(self._held.pop(max(self._held, key=lambda position: self._held[position].used)).textures)
+        is_first = brick.position not in self._drawn
+        room = min(self.budget, _AT_FIRST) if is_first else self.budget
+        if self._held and self.bytes + self._bytes_of([brick.texture_size]) > room:
+            # All are wanted once a picture, so that the last one used is the one not wanted for longest. In the first
+            # few textures of many all follow each other, and drawing from the first one used is most likely finished.
+            choose = max if room == self.budget else min
+            return _Held(self._held.pop(choose(self._held, key=lambda position: self._held[position].used)).textures)
         textures: dict[str, moderngl.Texture3D] = {}
         try:
             for name, (texel_format, components) in baked.formats.items():

@@ -57,7 +57,8 @@ class SceneCache:
             shadows = self._shadows.prepare(scenes, settings.slab_thickness)
             each_with = list(zip(scenes, self.volumes, shadows, strict=True))
             for alone, cache, shadow in each_with:
-                cache.prepare(_stored(alone), size, settings, shadow.transmittance if shadow else None)
+                light = shadow.transmittance if shadow else None
+                cache.prepare(_stored(alone), size, settings, light, alone=len(scenes) == 1)
         projection = projection_of(scenes[0], depth=depth)
         drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)

@@ -74,10 +74,12 @@ class VolumeCache:
         size: tuple[int, int],
         settings: Settings,
         light_transmittance: LightTransmittance | None,
+        alone: bool,
     ) -> None:
         """Bake the texels of a scene of one volume and find its empty cells, unless they are there.
 
-        `light_transmittance` is that from the nodes of the box to each light that casts shadows.
+        `light_transmittance` is that from the nodes of the box to each light that casts shadows. `alone` is True if no
+        other volume is drawn with it.
         """
         thickness, texture_format = settings.slab_thickness, settings.texture_format
         if texture_format == "auto":
@@ -101,7 +103,7 @@ class VolumeCache:
             steps = baked.steps if isinstance(baked, ValueTexture) else None
             self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
-        self.textures.prepare(baked, scene.volume, texels, margin)
+        self.textures.prepare(baked, scene.volume, texels, margin, alone)
 
     def halvings(self, volume: Volume) -> list[int]:
         """Numbers of halvings of the volume along x, y, z before it was drawn."""

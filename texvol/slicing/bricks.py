@@ -21,6 +21,7 @@ from texvol.util.errors import NoRoomError
 
 Triple = tuple[int, int, int]
 Vector = NDArray[np.float64]
+_MARGINS = 8  # times its margin that a layer has to be thick
 _BEYOND = 1e9  # boxes: the end of a brick at which the box ends, whatever rounding says
 
 
@@ -121,6 +122,17 @@ def texture_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most
         longest_axis = max(cuttable, key=lambda axis: size[axis])
         size[longest_axis] = halves[longest_axis]
     return size[0], size[1], size[2]
+
+
+def layered_size(dimensions: Triple, margin: Triple, bytes_per_sample: int, most_bytes: float) -> Triple | None:
+    """The largest size of a brick's texture that is cut along z alone; None where most of it would be margin.
+
+    A power of two may leave hardly more than half of three axes to a brick's own samples, and of one axis most.
+    """
+    nx, ny, nz = dimensions
+    layers = int(most_bytes // (nx * ny * bytes_per_sample))
+    layers = 1 << layers.bit_length() - 1 if layers else 0
+    return (nx, ny, min(layers, nz)) if layers >= _MARGINS * max(margin[2], 1) else None
 
 
 def margin(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float) -> Triple:

@@ -45,6 +45,7 @@ _OPAQUE_EXTINCTION = {"rgba8": 32.0, "rgba16f": 1e4, "rgba32f": 1e16}
 _DEEPEST_SLAB = 2.0  # optical depth: leaves 1 - A all but 3 of float32's bits
 _OPAQUEST = 0.8873  # for `depth_per_opacity` of the shader
 _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is there, and times 0 still 0
+_LOOKED_UP = 1 << 17  # samples looked up at once, which is little work for each
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
 
@@ -303,7 +304,7 @@ def _classified(
     flat = values.reshape(-1)
     texels = np.empty((flat.size, 4), dtype)
     work = partial(_look_up, flat, texels, *table) if table else partial(_compute, flat, texels, encode)
-    in_threads(work, range(0, flat.size, _CHUNK))
+    in_threads(work, range(0, flat.size, _LOOKED_UP if table else _CHUNK))
     return texels.reshape(*values.shape, 4)
 
 
@@ -321,8 +322,8 @@ def _parts(depth: int, height: int, width: int) -> list[tuple[slice, slice]]:
 def _look_up(values: NDArray, texels: NDArray, table: NDArray, low: int, start: int) -> None:
     # A texel is moved as one item of 4, 8 or 16 bytes: four times faster than as four numbers.
     item = np.dtype((np.void, 4 * table.itemsize))
-    index = values[start : start + _CHUNK].astype(np.intp) - low
-    np.take(table.view(item)[:, 0], index, out=texels[start : start + _CHUNK].view(item)[:, 0])
+    index = values[start : start + _LOOKED_UP].astype(np.intp) - low
+    np.take(table.view(item)[:, 0], index, out=texels[start : start + _LOOKED_UP].view(item)[:, 0])
 
 
 def _compute(values: NDArray, texels: NDArray, encode: Callable[[NDArray], NDArray], start: int) -> None:

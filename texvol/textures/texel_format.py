@@ -15,6 +15,8 @@ from texvol.util.statistics import on_steps, rms
 
 EXACT_VALUES = "exact"
 _LEAST_WIDTH = 1 / 1024  # of a line between two control points, in ranges of the values: 64 of 65536 steps
+_LARGE = 1 << 28  # bytes of a float32 texture: making and holding one that is larger takes more than drawing it
+_INVISIBLE = 1 / 4096  # of a picture's range: a sixteenth of a step of 8 bits
 _STENCILS = 4096  # voxels looked at, each with its six neighbours
 
 
@@ -31,6 +33,8 @@ def cheapest_texel_format(
     - Interpolating opacity instead of extinction misses the depth by (d Δt)² / 12 in each of h/d slabs.
     - Rounding moves a texel by its distance to the nearest number of the format; what has one sign along the ray
       adds up over all n voxels, what has not over √n of them.
+
+    Where a float32 texture would be large, rounding that moves a picture by less than 1/4096 is taken as well.
 
     For `post` it is that of values: 16 bits, or as they are; for `integrated` always as they are. Where the medium
     depends on the gradient nothing is estimated, and nothing rounded.
@@ -49,8 +53,10 @@ def cheapest_texel_format(
     discretisation = _discretisation(texels, classification, slab_thickness / volume.smallest_spacing)
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
+    is_large = float(volume.values.size) * 16 > _LARGE
     for texel_format in ("rgba8", "rgba16f"):
-        if _hides(_rounded(middle, scale, texel_format) - middle, discretisation, volume):
+        rounding = _rounded(middle, scale, texel_format) - middle
+        if _hides(rounding, discretisation, volume) or (is_large and _is_invisible(rounding, volume)):
             return texel_format
     return "rgba32f"
 
@@ -110,6 +116,13 @@ def _hides(rounding: NDArray, discretisation: NDArray, volume: Volume) -> bool:
     """True if the rounding along a ray stays under a quarter of the discretisation error."""
     of_one_sign = np.abs(rounding.mean(axis=0)).max() * np.sqrt(float(np.mean(volume.dimensions)))
     return bool(rms(rounding) + of_one_sign <= rms(discretisation) / 4)
+
+
+def _is_invisible(rounding: NDArray, volume: Volume) -> bool:
+    """True if the rounding of all voxels along a ray moves a picture by less than a small part of a step of 8 bits."""
+    voxels = float(np.mean(volume.dimensions))
+    of_one_sign = np.abs(rounding.mean(axis=0)).max() * voxels
+    return bool(rms(rounding) * np.sqrt(voxels) + of_one_sign <= _INVISIBLE)
 
 
 def _stencil_values(volume: Volume) -> NDArray:
