@@ -215,6 +215,12 @@ _LOWER = (
         "test_render.py",
     ),
     Mistake(
+        *("scene", "refinement:_neighbours"),
+        *("(samples + 0.5) / factor - 0.5", "samples / factor"),
+        "finer samples lie beside where they belong",
+        "test_refinement.py -k 'in_between'",
+    ),
+    Mistake(
         *("opengl", "wilson:slab_middles"),
         *("slabs.last[-1]) + 0.5", "slabs.last[-1]) + 0.0"),
         "slabs are cut at their fronts, and not in their middles",
