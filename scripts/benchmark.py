@@ -26,6 +26,7 @@ SECTIONS = {
     "opaque": "benchmark_skipping",
     "slicing": "benchmark_slicing",
     "light": "benchmark_light",
+    "gradient": "benchmark_gradients",
     "growth": "benchmark_growth",
     "bake": "benchmark_growth",
     "memory": "benchmark_commands",

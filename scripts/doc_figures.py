@@ -111,7 +111,9 @@ def _draw_sections(axes: Any) -> None:
         axes.add_patch(Polygon(polygon[:, :3] @ seen, fc=color, ec="#333333", lw=0.8, alpha=0.8))
     for a, b in BOX_EDGES:
         axes.plot(*(corners[[a, b], :3] @ seen).T, color="#777777", lw=0.8, zorder=0)
-    axes.annotate("one polygon a slab,\n3 to 6 corners", (0.5, -0.12), xycoords="axes fraction", ha="center", fontsize=9)
+    axes.annotate(
+        "one polygon a slab,\n3 to 6 corners", (0.5, -0.12), xycoords="axes fraction", ha="center", fontsize=9
+    )
     axes.autoscale_view()
     axes.set_aspect("equal")
     axes.axis("off")

@@ -261,8 +261,8 @@ WRONG = [
         )
     ),
     (["--two-sided=yes"], "--two-sided"),
-    (["--gradient", "sobel"], "kind must be one of central, zucker-hummel, gaussian, got 'sobel'"),
-    (["--gradient", "central:2"], "must be central, zucker-hummel or gaussian[:SCALE], got 'central:2'"),
+    (["--gradient", "sobel"], "kind must be one of central, zucker-hummel, gaussian, adaptive, got 'sobel'"),
+    (["--gradient", "central:2"], "must be central, zucker-hummel, adaptive or gaussian[:SCALE], got 'central:2'"),
     (["--gradient", "gaussian:"], "must be gaussian:SCALE, with SCALE a number of samples, got ''"),
     (["--gradient", "gaussian:-1"], "scale must be from 0.1 to 100 samples, got -1.0"),
     (["--gradient", "gaussian:nan"], "must be gaussian:SCALE, with SCALE a number of samples, got 'nan'"),

@@ -36,8 +36,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
             SceneOption(
                 "gradient", lit.gradient, "KIND",
-                "central (default), zucker-hummel, or gaussian[:SCALE], which smooths over SCALE samples (1); "
-                "computed only where light, contours or an isosurface need it",
+                "central (default), zucker-hummel, adaptive, which chooses between these by the local variance, or "
+                "gaussian[:SCALE], which smooths over SCALE samples (1); computed only where light, contours or an "
+                "isosurface need it",
             ),
         ),
     ),

@@ -92,10 +92,10 @@ def finite(text: str) -> float:
 
 
 def gradient(text: str) -> Estimator:
-    """Return the gradient estimator of "central", "zucker-hummel" or "gaussian[:SCALE]"."""
+    """Return the gradient estimator of "central", "zucker-hummel", "adaptive" or "gaussian[:SCALE]"."""
     kind, colon, scale = (part.strip() for part in text.partition(":"))
     if colon and kind != "gaussian":
-        raise argparse.ArgumentTypeError(f"must be central, zucker-hummel or gaussian[:SCALE], got {text!r}")
+        raise argparse.ArgumentTypeError(f"must be central, zucker-hummel, adaptive or gaussian[:SCALE], got {text!r}")
     numbers = texts.numbers(scale, "gaussian:SCALE, with SCALE a number of samples", 1) if colon else ()
     return texts.made(lambda: Estimator(cast(EstimatorKind, kind), *numbers), names_option=True)
 

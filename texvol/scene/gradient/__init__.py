@@ -5,6 +5,7 @@ per smallest spacing, so that a world of 1e-9 or 1e9 gives the same numbers. How
 
     central         (f[i+1] - f[i-1]) / 2                                                             `differences`
     zucker-hummel   its mean over the nine lines through the 26 neighbours    (Zucker, Hummel 1981)   `differences`
+    adaptive        zucker-hummel where the local variance is that of noise, central elsewhere        `adaptive`
     gaussian        slope of the plane that fits all samples within three scales best                 `fits`
 
 All are exact on linear fields, up to the border, where they use the samples that there are, and one-sided differences.
@@ -16,15 +17,16 @@ gradients are finite; one too large for its type is as large as the type can say
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import reduce
+from functools import partial, reduce
 from itertools import product
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.gradient.adaptive import NO_NOISE, Noise, adaptive
 from texvol.scene.gradient.differences import central, zucker_hummel
 from texvol.scene.gradient.fits import gaussian, reach_of
 from texvol.scene.gradient.neighbourhood import Neighbourhood
@@ -32,7 +34,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.util.threads import in_threads
 
-EstimatorKind = Literal["central", "zucker-hummel", "gaussian"]
+EstimatorKind = Literal["central", "zucker-hummel", "gaussian", "adaptive"]
 ESTIMATOR_KINDS: tuple[str, ...] = get_args(EstimatorKind)
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
 _Interval = tuple[int, int]  # of samples along one axis: first, and one past the last
@@ -44,7 +46,7 @@ _HEADROOM = 2.0**-8
 
 @dataclass(frozen=True)
 class Estimator:
-    """Method of gradient estimation: "central" differences, "zucker-hummel" (26 neighbours) or "gaussian".
+    """Method of gradient estimation: "central" differences, "zucker-hummel" (26 neighbours), "gaussian" or "adaptive".
 
     `scale` is for "gaussian": the standard deviation of its weights, in samples along each axis.
     """
@@ -120,15 +122,19 @@ class _Field:
         # A power of two, so that no digit changes.
         exponent = math.ceil(math.log2(np.abs(matrix).max()))
         self._index_from_world = np.ldexp(matrix, -exponent)
+        self._noise = Noise.of(self._values, self._scale) if estimator.kind == "adaptive" else NO_NOISE
         self._unit = min(math.ldexp(1 / self._scale, min(exponent, 1000)), largest)
 
     def estimate(self, box: tuple[_Interval, ...], out: NDArray) -> None:
         """Write the gradients of a box of samples to `out`, shape (nz, ny, nx, 3)."""
         block = Neighbourhood.of(self._values, box, self.reach, self.dtype, self._scale)
-        if self._estimator.kind == "gaussian":
-            derivatives = gaussian(block, self._estimator.scale)
-        else:
-            derivatives = (central if self._estimator.kind == "central" else zucker_hummel)(block)
+        found: dict[str, Callable[[Neighbourhood], list[NDArray]]] = {
+            "central": central,
+            "zucker-hummel": zucker_hummel,
+            "gaussian": partial(gaussian, scale=self._estimator.scale),
+            "adaptive": partial(adaptive, noise=self._noise),
+        }
+        derivatives = found[self._estimator.kind](block)
         for component in range(3):
             # A column is a row of the transpose. Its numbers are for x, y, z, and the derivatives along z, y, x.
             column = self._index_from_world[::-1, component]
