@@ -1,7 +1,7 @@
 // Light that a medium with a gradient reflects to the eye; the formulas are in scene/lighting.py.
 //
 // Switches: HEAD_LIGHT 1: there is a light at the eye. DIRECTIONAL_LIGHTS n, POINT_LIGHTS n: number of other lights.
-//           SPECULAR 1: the medium has highlights.
+//           FALL_OFF 1: point lights fall off with distance. SPECULAR 1: the medium has highlights.
 //           SHADOWS 1: a light is multiplied with its transmittance to the position; the head light is not.
 //           TWO_SIDED 1: the side of a surface that faces the eye is lit.
 
@@ -30,6 +30,9 @@ uniform vec3 direction_colors[DIRECTIONAL_LIGHTS];
 #if POINT_LIGHTS
 uniform vec3 positions[POINT_LIGHTS];
 uniform vec3 position_colors[POINT_LIGHTS];
+#if FALL_OFF
+uniform float fall_offs[POINT_LIGHTS];  // distances at which lights have half of their strength
+#endif
 #endif
 #if SHADOWS
 uniform sampler3D light_transmittance;  // of the medium between a position and each light, the directional ones first
@@ -117,6 +120,9 @@ Shade shade_of(vec3 gradient, vec3 to_eye, vec3 position) {
     for (int i = 0; i < POINT_LIGHTS; ++i) {
         vec3 to_light = unit(positions[i] - position);
         vec3 color = position_colors[i] * transmittance_to_light(DIRECTIONAL_LIGHTS + i, position, to_light);
+#if FALL_OFF
+        color *= fall_offs[i] / (fall_offs[i] + length(positions[i] - position));
+#endif
         shade = with_light(shade, color, normal, to_light, to_eye, confidence);
     }
 #endif

@@ -30,7 +30,7 @@ LIGHTS: Blocks = [
     _LIT,
     _LIT | _SHINY | {"HEAD_LIGHT": (1,)},
     _OTHERS | {"DIRECTIONAL_LIGHTS": (1, 2), "POINT_LIGHTS": (0, 1, 2)},
-    _OTHERS | {"POINT_LIGHTS": (1, 2)},
+    _OTHERS | {"POINT_LIGHTS": (1, 2), "FALL_OFF": EITHER},
 ]
 UNLIT = fixed(NO_LIGHT)
 

@@ -39,7 +39,7 @@ NOTHING_SPECIAL = dict.fromkeys(
     0,
 )
 NO_LIGHT = dict.fromkeys(
-    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
+    ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "FALL_OFF", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
 )
 _LEAST = 1e-30  # of what is divided by: its product with MOST and its square are float32s
 _ENDS_AHEAD, _LEAST_AHEAD, _MOST_AHEAD = 6.0, 16.0, 64.0  # times the slabs that end a ray, and slabs
@@ -196,6 +196,7 @@ def light_switches(lighting: Lighting | None) -> dict[str, int]:
         "HEAD_LIGHT": int(bool(lights_of_kind(lighting, "head"))),
         "DIRECTIONAL_LIGHTS": len(lights_of_kind(lighting, "directional")),
         "POINT_LIGHTS": len(lights_of_kind(lighting, "point")),
+        "FALL_OFF": int(any(light.fall_off for light in lighting.lights)),
         "SPECULAR": int(_has_highlights(lighting)),
         "TWO_SIDED": int(lighting.two_sided and bool(lighting.lights)),
         "SHADOWS": int(casts_shadows(lighting)),
@@ -218,6 +219,10 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
     if points := lights_of_kind(lighting, "point"):
         uniforms["positions"] = _array([position_of(light, volume) / volume.radius for light in points])
         uniforms["position_colors"] = _array([light.color for light in points])
+        if any(light.fall_off for light in points):
+            # A light that does not fall off has half of its strength at a distance that nothing reaches.
+            falls = [float(np.clip((light.fall_off or MOST) / volume.radius, _LEAST, MOST)) for light in points]
+            uniforms["fall_offs"] = falls
     if points or casts_shadows(lighting):
         to_position, to_box = box_matrices(volume)
         uniforms["world_from_box"] = tuple(to_position.T.reshape(-1))  # column after column

@@ -74,8 +74,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption(
                 "light", lit.light, "SPEC",
                 "head; directional:X,Y,Z or X,Y,Z, direction towards the light; point:X,Y,Z, position of the light; "
-                "each may end with a colour :R,G,B or :I. Repeat it for more lights. ambient: only light from "
-                "everywhere, of --ambient; depth: no light, but shading by depth; none: no light",
+                "each may end with a colour :R,G,B or :I, and a point light then with :K, the distance at which it has "
+                "half of its strength. Repeat it for more lights. ambient: only light from everywhere, of --ambient; "
+                "depth: no light, but shading by depth; none: no light",
                 lit.light_table,
             ),
             SceneOption("ambient", lit.fraction, "A", f"light from everywhere ({Lighting.ambient:g})"),

@@ -1,9 +1,9 @@
 """Converters of the options for light, gradients, materials and projection modes.
 
 A light is `head`, `directional:X,Y,Z` (direction towards the light; `X,Y,Z` for short) or `point:X,Y,Z` (position),
-each with `:R,G,B` or `:I` for its colour; or one of three words that stand alone: `ambient`, light from everywhere
-only; `depth`, shading by depth; and `none`. In a scene file a light may be a table: {kind = "point", position =
-[100, 0, 50], color = [1, 0.9, 0.8]}.
+each with `:R,G,B` or `:I` for its colour, and a point light then with `:K` for its fall-off; or one of three words that
+stand alone: `ambient`, light from everywhere only; `depth`, shading by depth; and `none`. In a scene file a light may
+be a table: {kind = "point", position = [100, 0, 50], color = [1, 0.9, 0.8], fall-off = 200}.
 
 A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, one of which may be left
 out; in a scene file also {strength = 0.5, color = [0, 0, 0], near = 100, far = 300}.
@@ -24,13 +24,14 @@ from texvol.util.errors import InputError
 AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
 SHADING = ("ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows")
 _LIGHT_FORMS = (
-    f"head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I), {AMBIENT}, {DEPTH} or {NO_LIGHT}"
+    "head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I, a point light also with :COLOR:K), "
+    f"{AMBIENT}, {DEPTH} or {NO_LIGHT}"
 )
 # Keys of a table beside `kind`, in the order of the text form.
 _TABLE_KEYS: dict[str, tuple[str, ...]] = {
     "head": ("color",),
     "directional": ("direction", "color"),
-    "point": ("position", "color"),
+    "point": ("position", "color", "fall-off"),
     AMBIENT: (),
     DEPTH: (),
     NO_LIGHT: (),
@@ -59,12 +60,13 @@ def light(text: str) -> Light | str:
     key = _TABLE_KEYS[kind][0] if kind != "head" else ""
     triple = parts.pop(0) if key and parts else ""
     vector = cast(Triple, texts.numbers(triple, f"a {key} X,Y,Z", 3)) if triple else None
-    color = _light_color(parts[0]) if parts else Light.color
-    return texts.made(lambda: Light(cast(LightKind, kind), vector, color), names_option=True)
+    color = _light_color(parts[0]) if any(parts[:1]) or len(parts) == 1 else Light.color
+    fall_off = texts.numbers(parts[1], "a fall-off K, a distance", 1)[0] if len(parts) > 1 else None
+    return texts.made(lambda: Light(cast(LightKind, kind), vector, color, fall_off), names_option=True)
 
 
 def light_table(table: Mapping[str, Any]) -> Light | str:
-    """Return the light of a table with `kind`, `direction` or `position`, and `color`."""
+    """Return the light of a table with `kind`, `direction` or `position`, `color`, and `fall-off` of a point light."""
     kind = table.get("kind", "nothing")
     if not isinstance(kind, str) or kind not in _TABLE_KEYS:
         raise argparse.ArgumentTypeError(f"kind must be one of {', '.join(_TABLE_KEYS)}, got {kind!r}")

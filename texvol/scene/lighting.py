@@ -1,7 +1,8 @@
 """Light on a scene and its reflection by the medium (Blinn 1977, with gradients as normals after Levoy 1988).
 
 At a position with gradient g, the normal N = -g / |g| points to lower values. With V the direction to the eye, L_i the
-direction to light i, H_i halfway between the two, l_i the colour of the light and the gradient confidence
+direction to light i, H_i halfway between the two, l_i the colour of the light, times k / (d + k) at a distance d from a
+point light with a fall-off of k, and the gradient confidence
 w = smoothstep(0, fade, |g|),
 
     D = ambient + diffuse Σ l_i [(1 - w) + w max(N·L_i, 0)]
@@ -65,12 +66,16 @@ class Light:
     vector : (x, y, z), optional
         Directional: direction to the light, of any length. Point: position, world units. Head: none.
     color : (r, g, b)
-        Linear; the light does not fall off with distance.
+        Linear.
+    fall_off : float, optional
+        Distance k, in world units, at which a point light has half of its strength: at a distance d it has k / (d + k),
+        the 1 / (d + k) of the survey (5.2) for a light of colour k. Without it the light does not fall off.
     """
 
     kind: LightKind = "head"
     vector: Triple | None = None
     color: Triple = (1.0, 1.0, 1.0)
+    fall_off: float | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in LIGHT_KINDS:
@@ -78,6 +83,12 @@ class Light:
         object.__setattr__(self, "color", _triple(self.color, "light: colour"))
         if min(self.color) < 0:
             raise InputError(f"light: colour must be three numbers of at least 0, got {self.color!r}")
+        if self.fall_off is not None:
+            if self.kind != "point":
+                raise InputError(f"light: only a point light falls off with distance, got kind {self.kind}")
+            is_number = isinstance(self.fall_off, int | float) and not isinstance(self.fall_off, bool)
+            if not is_number or not 0 < self.fall_off < np.inf:
+                raise InputError(f"light: fall-off must be a positive distance, got {self.fall_off!r}")
         what = {"head": "", "directional": "direction", "point": "position"}[self.kind]
         if not what:
             if self.vector is not None:

@@ -147,6 +147,10 @@ def _shade(
             assert positions is not None
             nodes = light_transmittance[..., lighting.casting.index(light)]
             left = _left_at(nodes, volume, positions + shadow_distance(volume) * to_light).astype(normals.dtype)
+        if light.fall_off is not None:
+            assert positions is not None
+            distance = np.linalg.norm(position_of(light, volume)[:, np.newaxis] - positions, axis=0)
+            left = left * (light.fall_off / (light.fall_off + distance)).astype(normals.dtype)
         falls.append(fall * left)
         if lighting.specular > 0:
             halfway = np.maximum(_dot(normals, _unit(to_light + to_eye)), 0)

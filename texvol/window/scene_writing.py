@@ -138,7 +138,8 @@ def _light(scene: Scene) -> dict[str, Any]:
 
 def _light_table(light: Light) -> dict[str, Any]:
     place = "position" if light.kind == "point" else "direction"
-    return {"kind": light.kind, place: light.vector, "color": light.color}
+    fall_off = {} if light.fall_off is None else {"fall-off": light.fall_off}
+    return {"kind": light.kind, place: light.vector, "color": light.color} | fall_off
 
 
 def _cutting(scene: Scene) -> dict[str, Any]:

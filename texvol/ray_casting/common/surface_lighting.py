@@ -59,7 +59,7 @@ def reflected(
         normal = np.where(_dot(normal, to_eye) < 0, -normal, normal)
     diffuse, specular = np.full(slopes.shape, float(lighting.ambient)), np.zeros(slopes.shape)
     for light in lighting.lights:
-        color = np.array(light.color)
+        color = np.array(light.color) * _strength(light, volume, from_centre)
         to_light = _direction_to(light, volume, from_centre, to_eye)
         facing = _dot(normal, to_light)
         diffuse += lighting.diffuse * color * ((1 - confidence) + confidence * np.maximum(facing, 0))
@@ -85,6 +85,14 @@ def _normals(volume: Volume, slopes: Numbers, fade: float) -> tuple[Numbers, Num
     with np.errstate(over="ignore"):
         fraction = np.clip(largest / volume.smallest_spacing * magnitude / fade, 0, 1)
     return -_units(scaled), fraction**2 * (3 - 2 * fraction)
+
+
+def _strength(light: Light, volume: Volume, from_centre: Numbers) -> Numbers | float:
+    """Return the fraction of a light that its distance leaves at positions, (n, 1)."""
+    if light.fall_off is None or light.vector is None:
+        return 1.0
+    away = np.array(light.vector) - volume.centre - from_centre
+    return light.fall_off / (np.linalg.norm(away, axis=1, keepdims=True) + light.fall_off)
 
 
 def _direction_to(light: Light, volume: Volume, from_centre: Numbers, to_eye: Numbers) -> Numbers:

@@ -38,7 +38,8 @@ Triple = tuple[float, float, float]
 class Lights(NamedTuple):
     """Lights, and the coefficients by which the medium reflects them."""
 
-    rows: Numbers  # kind, direction or position, colour, index in `transmittance` or -1: shape (n, 8)
+    # Kind, direction or position, colour, index in `transmittance` or -1, fall-off or 0: shape (n, 9).
+    rows: Numbers
     ambient: float
     diffuse: float
     specular: float
@@ -174,11 +175,12 @@ def _lights(
     axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
     if lighting is None:
-        return Lights(np.zeros((0, 8)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0)
-    rows = np.zeros((len(lighting.lights), 8))
+        return Lights(np.zeros((0, 9)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0)
+    rows = np.zeros((len(lighting.lights), 9))
     for row, light in zip(rows, lighting.lights, strict=True):
         row[0], row[4:7] = _KINDS[light.kind], light.color
         row[7] = lighting.casting.index(light) if lighting.shadows and light.kind != "head" else -1
+        row[8] = light.fall_off or 0.0
         if light.vector is not None:
             row[1:4] = unit(light.vector) if light.kind == "directional" else light.vector - first.centre
     return Lights(

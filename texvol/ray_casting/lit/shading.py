@@ -167,11 +167,15 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
 
 @woven_in
 def _color_of_light(lights, light, position, toward_light):
-    """Return the colour of a light times its transmittance to a position."""
+    """Return the colour of a light times its transmittance to a position, and what its distance leaves of it."""
     row = lights.rows[light]
-    if row[7] < 0.0:
-        return row[4], row[5], row[6]
-    left = transmittance_at(lights, int(row[7]), added(position, scaled(toward_light, lights.shadow_distance)))
+    left = 1.0
+    if row[8] > 0.0:
+        x, y, z = row[1] - position[0], row[2] - position[1], row[3] - position[2]
+        left = row[8] / (sqrt(x * x + y * y + z * z) + row[8])
+    if row[7] >= 0.0:
+        near = added(position, scaled(toward_light, lights.shadow_distance))
+        left *= transmittance_at(lights, int(row[7]), near)
     return left * row[4], left * row[5], left * row[6]
 
 
