@@ -24,7 +24,7 @@ CORNERS = np.array([[0.0, 0, 1], [2, 0, 1], [0, 2, 1]])
 def scene(kind: type[np.generic] = np.float32) -> Scene:
     """A scene of a small volume whose samples have the given type."""
     values = np.arange(27).reshape(3, 3, 3).astype(kind)
-    return Scene(Volume(values), TransferFunction([0, 27], [(1, 1, 1)] * 2, [0, 1]))
+    return Scene(Volume(values), TransferFunction([0, 27], [(1, 1, 1)] * 2, [0, 1]), classification="slab")
 
 
 def compile_several() -> None:

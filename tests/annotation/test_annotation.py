@@ -24,7 +24,9 @@ EDGES = [(c, c | 1 << axis) for axis in range(3) for c in range(8) if not c >> a
 
 def scene_of(direction: str = "straight", projection: Projection = "perspective", **further: Any) -> Scene:
     volume = crooked(direction)
-    return Scene(volume, camera=outside(volume, projection, SIZE[0] / SIZE[1]), **further)
+    return Scene(
+        volume, camera=outside(volume, projection, SIZE[0] / SIZE[1]), **({"classification": "slab"} | further)
+    )
 
 
 def noise(seed: int = 0, opacity: float | None = None) -> np.ndarray:
@@ -207,7 +209,7 @@ def test_from_inside_the_box_edges_are_cut_where_the_eye_is(projection: Projecti
     target = eye + np.array([-0.5, 1.0, -0.35])
     camera = (Camera.perspective(eye, target, (0, 0, 1), fov=100) if projection == "perspective"
               else Camera.orthographic(eye, target, (0, 0, 1), height=2.5 * volume.radius))  # fmt: skip
-    scene = Scene(volume, camera=camera)
+    scene = Scene(volume, camera=camera, classification="slab")
     drawn = ink(scene, SIZE, box=True)
     ends = corners(volume)
     fractions = np.linspace(0, 1, 4001)[:, np.newaxis]
@@ -278,13 +280,13 @@ def test_a_picture_of_another_size_is_refused() -> None:
 def test_tiny_pictures_are_drawn(size: tuple[int, int]) -> None:
     volume = crooked("oblique", "left-posterior-superior")
     picture = np.zeros((size[1], size[0], 4), np.float32)
-    shown = annotate(picture, Scene(volume), size, Annotation(orientation=True, **EVERYTHING))  # type: ignore[arg-type]
+    shown = annotate(picture, Scene(volume, classification="slab"), size, Annotation(orientation=True, **EVERYTHING))  # type: ignore[arg-type]
     assert np.isfinite(shown).all()
 
 
 def test_the_volumes_samples_do_not_matter_but_their_place() -> None:
     """A box of one sample, and far from the origin: lines are computed relative to the box."""
     near, far = (Volume(np.zeros((1, 1, 1)), (1, 1, 1), (at, 0, 0)) for at in (0, 1e9))
-    pictures = [ink(Scene(each), SIZE, box=True) for each in (near, far)]
+    pictures = [ink(Scene(each, classification="slab"), SIZE, box=True) for each in (near, far)]
     # The camera's eye is a float64 at 1e9: known to 1e-7 of the box, some 1e-5 pixels.
     np.testing.assert_allclose(pictures[0], pictures[1], atol=1e-3)

@@ -37,7 +37,7 @@ def content_of(scene: Scene, value_name: str, window: display.Window | None) -> 
 
 
 def content(**scene: Any) -> Content:
-    return content_of(Scene(RAMP, **scene), "", None)
+    return content_of(Scene(RAMP, **({"classification": "slab"} | scene)), "", None)
 
 
 def drawn(scene: Scene) -> tuple[np.ndarray, dict[str, Any]]:
@@ -54,7 +54,7 @@ def middle(rect: Any) -> float:
 
 @pytest.mark.parametrize("medium", [FOG, STEP, BONE])
 def test_the_colours_beside_a_number_are_those_of_its_value(medium: TransferFunction) -> None:
-    scene = Scene(RAMP, medium)
+    scene = Scene(RAMP, medium, classification="slab")
     picture, texts = drawn(scene)
     numbers = {float(text): rect for text, rect in texts.items() if rect.left > texts["0"].right + 5 and "." in text}
     assert len(numbers) >= 4
@@ -76,7 +76,7 @@ def transfer_colors(medium: TransferFunction, values: np.ndarray) -> np.ndarray:
 
 def test_the_opacity_reaches_as_far_as_it_is_and_says_of_which_length() -> None:
     """Extinctions 0.1 and 3 per mm: the least round length of 0.9 for the denser is ln 10 / 3 = 0.77, so 1 mm."""
-    picture, texts = drawn(Scene(RAMP, STEP))
+    picture, texts = drawn(Scene(RAMP, STEP, classification="slab"))
     assert {"opacity of", "1 mm"} <= set(texts)
     left, right = texts["1"].left, (texts["0"].left + texts["0"].right) / 2  # of what goes from 1 to 0
     top, bottom = middle(texts["1.0"]), middle(texts["0.0"])
@@ -116,7 +116,7 @@ def test_the_range_is_where_colours_change_among_the_volumes_values() -> None:
 @pytest.mark.parametrize("values", [np.zeros((2, 2, 2)), np.full((2, 2, 2), np.nan), np.full((2, 2, 2), 1e300)])
 def test_volumes_of_one_value_or_none_have_a_legend(values: np.ndarray) -> None:
     for mode in ("composite", "mip"):
-        scene = Scene(Volume(values), mode=mode)  # type: ignore[arg-type]
+        scene = Scene(Volume(values), mode=mode, classification="slab")  # type: ignore[arg-type]
         sheet, _ = blank(scene, SIZE)
         draw_legends(sheet, [content_of(scene, "", None)])
         assert sheet.texts
@@ -125,7 +125,7 @@ def test_volumes_of_one_value_or_none_have_a_legend(values: np.ndarray) -> None:
 def test_what_depends_on_the_gradient_is_shown_where_there_is_most_of_it() -> None:
     text = """{"points": [{"value": 0, "color": [0, 0, 1], "extinction": 1}], "gradient": [[0, 0], [10, 0.5]],
                "contours": [{"value": 0.25, "world_thickness": 1, "color": [1, 0, 0], "extinction": 2}]}"""
-    scene = Scene(RAMP, transfer.loads(text))
+    scene = Scene(RAMP, transfer.loads(text), classification="slab")
     bar = content_of(scene, "", None).bar
     assert bar is not None
     assert bar.opacities is not None
@@ -139,13 +139,13 @@ def test_what_depends_on_the_gradient_is_shown_where_there_is_most_of_it() -> No
 def test_materials_are_named() -> None:
     text = """{"materials": [{"name": "fat", "to": [0.2, 0.3], "color": [1, 1, 0], "extinction": 1},
                              {"name": "bone", "from": [0.6, 0.7], "color": [1, 1, 1], "extinction": 1}]}"""
-    scene = Scene(RAMP, transfer.loads(text))
+    scene = Scene(RAMP, transfer.loads(text), classification="slab")
     _, texts = drawn(scene)
     assert {"fat", "bone"} <= set(texts)
     assert scene.transfer_function is not None
     again = transfer.loads(json.dumps(scene.transfer_function.as_json()))
     for (_, color), wanted in zip(
-        content_of(Scene(RAMP, again), "", None).entries, [(1, 1, 0), (1, 1, 1)], strict=True
+        content_of(Scene(RAMP, again, classification="slab"), "", None).entries, [(1, 1, 0), (1, 1, 1)], strict=True
     ):
         np.testing.assert_array_equal(color, wanted)
     # Between them is nothing, and no colour of it.
@@ -161,7 +161,7 @@ def test_modes_of_numbers_show_their_window() -> None:
         assert found.caption == caption
         assert found.bar is not None
         assert (found.bar.low, found.bar.high) == (0, 1)
-    scene = Scene(RAMP, mode="xray")
+    scene = Scene(RAMP, mode="xray", classification="slab")
     found = content_of(scene, "", (10, 4))
     assert found.caption == "value × mm"
     assert found.bar is not None
@@ -173,15 +173,15 @@ def test_modes_of_numbers_show_their_window() -> None:
     with pytest.raises(InputError, match="window is missing; the legend of mode xray needs the window"):
         content_of(scene, "", None)
     for air, said in ((-100.5, "HU above −100.5 × mm"), (0, "HU × mm"), ("hounsfield", "mm of water")):
-        assert content_of(Scene(RAMP, mode="xray", air=air), "HU", (10, 4)).caption == said
-    colored = Scene(RAMP, STEP, mode="mip", coloring="tf")
+        assert content_of(Scene(RAMP, mode="xray", air=air, classification="slab"), "HU", (10, 4)).caption == said
+    colored = Scene(RAMP, STEP, mode="mip", coloring="tf", classification="slab")
     bar = content_of(colored, "", None).bar
     assert bar is not None
     np.testing.assert_array_equal(bar.colors(np.array([0.75])), [(0.9, 0.6, 0.1)])
 
 
 def test_an_isosurface_shows_its_colour_and_value() -> None:
-    scene = Scene(RAMP, mode="isosurface", isovalue=-0.25)
+    scene = Scene(RAMP, mode="isosurface", isovalue=-0.25, classification="slab")
     found = content_of(scene, "HU", None)
     ((name, color),) = found.entries
     assert name == "HU = −0.25"
@@ -193,7 +193,7 @@ def test_an_isosurface_shows_its_colour_and_value() -> None:
 
 def test_what_has_no_room_is_left_out() -> None:
     """First the opacity, then all of it."""
-    scene = Scene(crooked(), FOG)
+    scene = Scene(crooked(), FOG, classification="slab")
     found = []
     for width in (400, 60, 20):
         sheet, view = blank(scene, (width, 400))
@@ -203,7 +203,7 @@ def test_what_has_no_room_is_left_out() -> None:
 
 
 def test_a_name_of_the_values_stands_above() -> None:
-    scene = Scene(RAMP, FOG)
+    scene = Scene(RAMP, FOG, classification="slab")
     sheet, view = blank(scene, SIZE)
     place_all(sheet, view, scene, Annotation(legend=True, value_name="CT number (HU)"), None)
     assert "CT number (HU)" in sheet.texts
@@ -211,7 +211,7 @@ def test_a_name_of_the_values_stands_above() -> None:
 
 
 def test_the_window_reaches_the_picture() -> None:
-    scene = Scene(RAMP, mode="average")
+    scene = Scene(RAMP, mode="average", classification="slab")
     picture = np.zeros((SIZE[1], SIZE[0], 4), np.float32)
     shown = [annotate(picture, scene, SIZE, Annotation(legend=True), window=window) for window in ((0.5, 1), (50, 100))]
     assert (shown[0] != shown[1]).any()

@@ -33,9 +33,9 @@ RAS, LPS = "right-anterior-superior", "left-posterior-superior"
 def scene_of(direction: str = "straight", projection: Projection = "orthographic", space: str = "") -> Scene:
     """A scene with room for everything."""
     volume = crooked(direction, space)
-    scene = Scene(volume, camera=outside(volume, projection, SIZE[0] / SIZE[1]))
+    scene = Scene(volume, camera=outside(volume, projection, SIZE[0] / SIZE[1]), classification="slab")
     assert scene.camera is not None
-    return Scene(volume, camera=with_room(scene.camera, scene, SIZE, Annotation(**EVERYTHING)))  # type: ignore[arg-type]
+    return Scene(volume, camera=with_room(scene.camera, scene, SIZE, Annotation(**EVERYTHING)), classification="slab")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("direction", DIRECTIONS)
@@ -90,7 +90,7 @@ def test_of_an_edge_is_seen_what_is_projected_into_the_picture(projection: Proje
     for away in (0.1, 0.9, 1.5):
         eye = volume.centre + away * volume.radius * np.array([0.5, -0.7, 0.4])
         framed = Camera.framing(volume, projection, eye=eye, target=volume.centre + (4, 3, -2), fov=60)
-        scene = Scene(volume, camera=replace(framed, height=0.7 * framed.height))
+        scene = Scene(volume, camera=replace(framed, height=0.7 * framed.height), classification="slab")
         assert scene.camera is not None
         view, ends = View(scene.camera, volume, size), corners(volume)
         for edge in EDGES:
@@ -114,7 +114,11 @@ def test_of_an_axis_that_is_seen_in_part_that_part_has_numbers() -> None:
     volume = crooked()
     eye = volume.centre + 5 * volume.radius * np.array([0.2, -1, 0.3])
     target = volume.box_corner + (0, 0, 5)
-    scene = Scene(volume, camera=Camera.orthographic(eye + target - volume.centre, target, (0, 0, 1), height=2.0))
+    scene = Scene(
+        volume,
+        camera=Camera.orthographic(eye + target - volume.centre, target, (0, 0, 1), height=2.0),
+        classification="slab",
+    )
     sheet, view = blank(scene, SIZE)
     (axis,) = (each for each in laid_axes(sheet, view) if each.world_axis == 2)
     values = [tick.value for tick in axis.ticks]
@@ -153,7 +157,7 @@ def test_the_scale_bar_is_as_long_as_it_says(projection: Projection) -> None:
 
 
 def test_a_volume_without_a_unit_has_a_scale_bar_in_world_units() -> None:
-    scene = Scene(crooked(unit=""))
+    scene = Scene(crooked(unit=""), classification="slab")
     view = View(scene.completed(SIZE).camera, scene.volume, SIZE)
     assert bar_text(view, bar_length(view)[0]).endswith(" world units")
 
@@ -174,7 +178,7 @@ OPPOSITE = dict(zip("RLAPSI", "LRPAIS", strict=True))
 def looking(volume: Volume, position: tuple[float, ...], up: tuple[float, ...]) -> Scene:
     flipped = np.array([-1, -1, 1]) if volume.space == LPS else np.ones(3)
     eye = volume.centre + 5 * volume.radius * flipped * position
-    return Scene(volume, camera=Camera.framing(volume, eye=eye, up=tuple(flipped * up)))
+    return Scene(volume, camera=Camera.framing(volume, eye=eye, up=tuple(flipped * up)), classification="slab")
 
 
 @pytest.mark.parametrize("view", VIEWS)
@@ -231,7 +235,7 @@ def test_oblique_directions_have_several_letters_the_largest_part_first(
 
 @pytest.mark.parametrize("space", ["", "scanner-xyz", "right-left-superior", "right-anterior"])
 def test_letters_are_refused_where_nobody_knows_them(space: str) -> None:
-    scene = Scene(crooked(space=space))
+    scene = Scene(crooked(space=space), classification="slab")
     with pytest.raises(InputError, match="straight: orientation letters need a volume whose file gives the directions"):
         check(Annotation(orientation=True), scene)
     with pytest.raises(InputError, match="got no space|got space"):
@@ -257,7 +261,9 @@ def test_nothing_overlaps_and_all_is_in_the_picture(
     """Whatever the view, from inside the box too."""
     volume = crooked(direction, RAS)
     eye = volume.centre + away * volume.radius * np.array(position)
-    scene = Scene(volume, camera=Camera.framing(volume, projection, eye=eye, up=(0.123, 0.0456, 1)))
+    scene = Scene(
+        volume, camera=Camera.framing(volume, projection, eye=eye, up=(0.123, 0.0456, 1)), classification="slab"
+    )
     sheet, view = blank(scene, size)
     place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None)  # type: ignore[arg-type]
     assert not overlapping(sheet.written)
@@ -289,9 +295,9 @@ def test_all_parts_are_there_where_there_is_room(projection: Projection) -> None
     volume = crooked("oblique", RAS)
     asked = Annotation(orientation=True, **EVERYTHING)  # type: ignore[arg-type]
     size = (256, 256)
-    scene = Scene(volume, camera=outside(volume, projection))
+    scene = Scene(volume, camera=outside(volume, projection), classification="slab")
     assert scene.camera is not None
-    scene = Scene(volume, camera=with_room(scene.camera, scene, size, asked))
+    scene = Scene(volume, camera=with_room(scene.camera, scene, size, asked), classification="slab")
     sheet, view = blank(scene, size)
     place_all(sheet, view, scene, asked, None)
     texts = sheet.texts
@@ -307,7 +313,7 @@ def test_large_and_small_pictures_look_alike() -> None:
     found = []
     for size in ((480, 432), (1920, 1728)):
         volume = crooked("oblique", RAS)
-        scene = Scene(volume, camera=outside(volume, "perspective", 480 / 432))
+        scene = Scene(volume, camera=outside(volume, "perspective", 480 / 432), classification="slab")
         sheet, view = blank(scene, size)
         place_all(sheet, view, scene, Annotation(orientation=True, **EVERYTHING), None)  # type: ignore[arg-type]
         found.append((sheet.texts, np.array(sheet.written) * 480 / size[0], sheet.em * 480 / size[0]))
@@ -325,7 +331,7 @@ def test_large_and_small_pictures_look_alike() -> None:
 def test_with_room_the_box_fills_what_annotation_leaves(projection: Projection) -> None:
     volume = crooked("sheared")
     size = (700, 500)
-    scene = Scene(volume, camera=outside(volume, projection, 1.4))
+    scene = Scene(volume, camera=outside(volume, projection, 1.4), classification="slab")
     assert scene.camera is not None
     asked = Annotation(scale_bar=True, legend=True)
     camera = with_room(scene.camera, scene, size, asked)
@@ -334,8 +340,8 @@ def test_with_room_the_box_fills_what_annotation_leaves(projection: Projection) 
     positions = projected(corners(volume), camera, size)
     left, top = positions.min(axis=0)
     right, bottom = size - positions.max(axis=0)
-    sheet, view = blank(Scene(volume, camera=camera), size)
-    place_all(sheet, view, Scene(volume, camera=camera), asked, None)
+    sheet, view = blank(Scene(volume, camera=camera, classification="slab"), size)
+    place_all(sheet, view, Scene(volume, camera=camera, classification="slab"), asked, None)
     legend_left = min(rect.left for rect in sheet.written if rect.left > size[0] / 2)
     bar_top = min(rect.top for rect in sheet.written if rect.right < size[0] / 2)
     assert size[0] - right < legend_left

@@ -41,13 +41,13 @@ def test_all_letters_of_units_and_numbers_are_there() -> None:
 def test_letters_that_cannot_be_drawn_are_refused_by_name(text: str, message: str) -> None:
     asked = Annotation(title=text)
     with pytest.raises(InputError, match=message):
-        check(asked, Scene(crooked()))
+        check(asked, Scene(crooked(), classification="slab"))
     with pytest.raises(InputError, match=message):
-        annotate(np.zeros((200, 300, 4)), Scene(crooked()), SIZE, asked)
+        annotate(np.zeros((200, 300, 4)), Scene(crooked(), classification="slab"), SIZE, asked)
 
 
 def test_units_and_names_of_files_are_checked_too() -> None:
-    scene = Scene(crooked(unit="尺"))
+    scene = Scene(crooked(unit="尺"), classification="slab")
     for parts in ({"axes": True}, {"scale_bar": True}, {"legend": True}):
         with pytest.raises(InputError, match="no letter '尺'"):
             annotate(np.zeros((200, 300, 4)), scene, SIZE, Annotation(**parts))
@@ -62,7 +62,7 @@ def test_another_font_may_be_given(tmp_path: Path) -> None:
     import matplotlib
 
     other = Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSerif.ttf"
-    scene, empty = Scene(crooked()), np.zeros((200, 300, 4))
+    scene, empty = Scene(crooked(), classification="slab"), np.zeros((200, 300, 4))
     pictures = [annotate(empty, scene, SIZE, Annotation(title="Title", font=font)) for font in (None, other)]
     assert (pictures[0] != pictures[1]).any()
     (tmp_path / "no.ttf").write_text("no font")
@@ -81,19 +81,19 @@ def test_a_font_whose_letters_are_damaged_is_refused(tmp_path: Path) -> None:
     damaged = tmp_path / "damaged.ttf"
     damaged.write_bytes(sound[:begin] + b"\x7f" * length + sound[begin + length :])
     with pytest.raises(InputError, match="damaged.ttf: cannot be read as a font"):
-        check(Annotation(title="Title", font=damaged), Scene(crooked()))
+        check(Annotation(title="Title", font=damaged), Scene(crooked(), classification="slab"))
 
 
 @pytest.mark.parametrize("missing", ["PIL", "matplotlib"])
 def test_a_missing_library_is_named_with_its_extra(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
     with pytest.raises(MissingExtraError, match="pip install 'texvol\\[annotation\\]'"):
-        check(Annotation(box=True), Scene(crooked()))
+        check(Annotation(box=True), Scene(crooked(), classification="slab"))
 
 
 @pytest.mark.parametrize("letters", [5, 30, 45, 400, 100_000])
 def test_a_title_is_shrunk_and_then_cut(letters: int) -> None:
-    scene = Scene(crooked())
+    scene = Scene(crooked(), classification="slab")
     sheet, view = blank(scene, SIZE)
     place_all(sheet, view, scene, Annotation(title="ab " * (letters // 3)), None)
     (text,), (rect,) = sheet.texts, sheet.written

@@ -24,7 +24,7 @@ from texvol.scene.volume import Volume
 SIZE = (600, 500)
 FIRST = crooked("straight")  # from (-32.5, 10, 98) on, 40 x 36 x 28 mm
 MOVED = Volume(FIRST.values, (3, 3, 3), (30, 20, 110), [[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]], name="PET.nii")
-TWO = Scene(FIRST, BONE, added=(AddedVolume(MOVED, FOG),))
+TWO = Scene(FIRST, BONE, added=(AddedVolume(MOVED, FOG),), classification="slab")
 COUNTS = np.arange(64) % 20
 LABELS = Volume(COUNTS.reshape(4, 4, 4), labels=True, name="organs.nrrd")
 RGB = Volume(np.ones((4, 4, 4)), colors=np.full((4, 4, 4, 3), 0.5), name="photo.tif")
@@ -44,7 +44,7 @@ def contents(scene: Scene, name: str = "") -> list[Any]:
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 def test_each_volume_has_its_own_box(projection: Any) -> None:
     camera = outside(common_box(TWO.volumes), projection, SIZE[0] / SIZE[1])
-    scene = Scene(FIRST, BONE, camera, added=TWO.added)
+    scene = Scene(FIRST, BONE, camera, added=TWO.added, classification="slab")
     covered = coverage(scene, SIZE, box=True)
     for volume in scene.volumes:
         found = []
@@ -58,14 +58,14 @@ def test_each_volume_has_its_own_box(projection: Any) -> None:
                 found.append(covered[row, column].min())
         # The three edges behind the matter of an opaque picture are hidden: each was looked at from both ends.
         assert (np.array(found) > 0.2).sum() >= 18
-    alone = coverage(Scene(FIRST, BONE, camera), SIZE, box=True)
+    alone = coverage(Scene(FIRST, BONE, camera, classification="slab"), SIZE, box=True)
     assert (covered > 0).sum() > 1.5 * (alone > 0).sum()
 
 
 def test_axes_stand_around_all_volumes_in_the_words_of_the_first() -> None:
     low, high = (np.array(each) for each in zip(*[_ends(volume) for volume in TWO.volumes], strict=True))
     assert high[1, 0] > high[0, 0] + 20  # the second reaches farther along x
-    scene = Scene(FIRST, BONE, added=TWO.added)
+    scene = Scene(FIRST, BONE, added=TWO.added, classification="slab")
     texts = placed(scene, axes=True).texts
     assert "x (mm)" in texts
     numbers = [float(text.replace("−", "-")) for text in texts if "(" not in text]
@@ -90,23 +90,25 @@ def test_there_is_a_legend_for_each_volume_called_after_its_file() -> None:
 
 def test_channels_of_one_file_are_told_apart() -> None:
     two = [Volume(FIRST.values, name="a/cell.tif", source={"path": "a/cell.tif", "channel": c}) for c in (0, 1)]
-    found = contents(Scene(two[0], FOG, added=(AddedVolume(two[1], FOG),)))
+    found = contents(Scene(two[0], FOG, added=(AddedVolume(two[1], FOG),), classification="slab"))
     assert [content.caption for content in found] == ["channel 0, cell.tif", "channel 1, cell.tif"]
 
 
 def test_a_file_whose_name_the_font_lacks_is_counted() -> None:
     strange = Volume(FIRST.values, name="\U00012000.nii")
-    found = contents(Scene(FIRST, FOG, added=(AddedVolume(strange, FOG),)))
+    found = contents(Scene(FIRST, FOG, added=(AddedVolume(strange, FOG),), classification="slab"))
     assert [content.caption for content in found] == ["straight", "volume 2"]
 
 
 def test_colours_have_no_legend_and_leave_its_room_to_the_picture() -> None:
-    assert not contents(Scene(RGB))
-    assert [each.caption for each in contents(Scene(RGB, added=(AddedVolume(FIRST, FOG),)))] == ["straight"]
-    assert not placed(Scene(RGB), legend=True).texts
+    assert not contents(Scene(RGB, classification="slab"))
+    assert [each.caption for each in contents(Scene(RGB, added=(AddedVolume(FIRST, FOG),), classification="slab"))] == [
+        "straight"
+    ]
+    assert not placed(Scene(RGB, classification="slab"), legend=True).texts
     camera = Camera.framing(RGB, aspect=SIZE[0] / SIZE[1])
     same = [
-        with_room(camera, Scene(RGB), SIZE, Annotation(**parts))
+        with_room(camera, Scene(RGB, classification="slab"), SIZE, Annotation(**parts))
         for parts in ({"title": "t"}, {"title": "t", "legend": True})
     ]
     assert same[0] == same[1]
@@ -114,21 +116,21 @@ def test_colours_have_no_legend_and_leave_its_room_to_the_picture() -> None:
 
 def test_labels_are_named_by_number_in_their_colours() -> None:
     look = transfer.labels.label_function(LABELS, {3: 0.0, 7: 1.0}, {5: (0.25, 0.5, 1.0)})
-    [content] = contents(Scene(LABELS, look))
+    [content] = contents(Scene(LABELS, look, classification="slab"))
     names = [name for name, _ in content.entries]
     assert names == [str(label) for label in range(1, 20) if label != 3]  # 0 and 3 are transparent
     colors = dict(content.entries)
     np.testing.assert_allclose(colors["5"], (0.25, 0.5, 1.0))
     np.testing.assert_allclose(colors["9"], look.at(np.array([9.0]))[0, :3])
     assert content.bar is None and content.caption == "label"
-    assert contents(Scene(LABELS, look), "organ")[0].caption == "organ"
+    assert contents(Scene(LABELS, look, classification="slab"), "organ")[0].caption == "organ"
 
 
 def test_very_many_labels_are_named_too() -> None:
     many = Volume(np.arange(1000).reshape(10, 10, 10), labels=True)
-    [content] = contents(Scene(many))
+    [content] = contents(Scene(many, classification="slab"))
     assert [name for name, _ in content.entries] == [str(label) for label in range(1, 1000)]
-    texts = placed(Scene(many), legend=True).texts
+    texts = placed(Scene(many, classification="slab"), legend=True).texts
     named = [text for text in texts if text.isdecimal()]
     assert named == [str(label) for label in range(1, len(named) + 1)]
     assert texts[-1] == f"and {999 - len(named)} more"
@@ -136,7 +138,7 @@ def test_very_many_labels_are_named_too() -> None:
 
 @pytest.mark.parametrize(("height", "labels"), [(1000, 19), (400, None), (200, None), (60, 0)])
 def test_as_many_labels_are_named_as_fit(height: int, labels: int | None) -> None:
-    sheet = placed(Scene(LABELS), (height, height), legend=True)
+    sheet = placed(Scene(LABELS, classification="slab"), (height, height), legend=True)
     named = sum(text.isdecimal() for text in sheet.texts)
     assert labels is None or named == labels
     assert all(rect.top >= 0 and rect.bottom <= height and rect.right <= height for rect in sheet.written)
@@ -148,7 +150,7 @@ def test_as_many_labels_are_named_as_fit(height: int, labels: int | None) -> Non
 
 def test_legends_lie_below_each_other_and_the_last_are_left_out_first() -> None:
     third = AddedVolume(Volume(FIRST.values, name="third"), BONE)
-    scene = Scene(FIRST, BONE, added=(*TWO.added, third, AddedVolume(LABELS)))
+    scene = Scene(FIRST, BONE, added=(*TWO.added, third, AddedVolume(LABELS)), classification="slab")
     everything = placed(scene, (900, 900), 12.0, legend=True)
     captions = ["straight", "PET.nii", "third", "organs.nrrd"]
     tops = [everything.written[everything.texts.index(caption)].top for caption in captions]
@@ -171,7 +173,7 @@ def test_legends_lie_below_each_other_and_the_last_are_left_out_first() -> None:
 def test_with_room_all_boxes_are_beside_the_annotation(projection: Any) -> None:
     annotation = Annotation(legend=True, axes=True, scale_bar=True)
     camera = with_room(Camera.framing(TWO.box, projection, aspect=SIZE[0] / SIZE[1]), TWO, SIZE, annotation)
-    scene = Scene(FIRST, BONE, camera, added=TWO.added)
+    scene = Scene(FIRST, BONE, camera, added=TWO.added, classification="slab")
     [legend] = placed(scene, legend=True).taken
     for volume in scene.volumes:
         positions = projected(volume.corners_from_centre + volume.centre, camera, SIZE)

@@ -38,7 +38,7 @@ def volume(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Volume:
 
 def truth(volume: Volume, air) -> np.ndarray:
     camera = Camera.framing(volume, aspect=SIZE[0] / SIZE[1])
-    return project(Scene(volume, camera=camera, mode="xray", air=air), SIZE)
+    return project(Scene(volume, camera=camera, mode="xray", air=air, classification="slab"), SIZE)
 
 
 def levels(name: str) -> np.ndarray:

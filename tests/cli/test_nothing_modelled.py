@@ -202,8 +202,11 @@ MODELLED: dict[str, tuple[Scene, list[str]]] = {
         ["isosurface", "central gradient", "head light"],
     ),
     "mask": (plain(mask=Mask(VOLUME.values > 0)), ["mask"]),
-    "labels": (Scene(Volume(np.ones((2, 2, 2)), labels=True), FOG, CAMERA), ["labels"]),
-    "colours": (Scene(Volume(np.ones((2, 2, 2)), colors=np.ones((2, 2, 2, 3))), FOG, CAMERA), ["colours"]),
+    "labels": (Scene(Volume(np.ones((2, 2, 2)), labels=True), FOG, CAMERA, classification="slab"), ["labels"]),
+    "colours": (
+        Scene(Volume(np.ones((2, 2, 2)), colors=np.ones((2, 2, 2, 3))), FOG, CAMERA, classification="slab"),
+        ["colours"],
+    ),
     "several volumes": (
         plain(added=(AddedVolume(Volume(np.ones((2, 2, 2)), labels=True)), AddedVolume(VOLUME, GAS))),
         ["several volumes", "labels", "emissive"],

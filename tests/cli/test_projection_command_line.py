@@ -147,7 +147,7 @@ def test_an_orbit_of_numbers_in_exr(volume):
     assert run("render", "v.npy", "--size", "40x32", "--mode", "mip", "--orbit", "2", "-o", "f%d.exr") == 0
     for i in range(2):
         camera = turned(framing(volume, aspect=SIZE[0] / SIZE[1]), 180 * i)
-        expected = project(Scene(volume, camera=camera, mode="mip"), SIZE)
+        expected = project(Scene(volume, camera=camera, mode="mip", classification="slab"), SIZE)
         assert np.abs(image.read(f"f{i}.exr") - expected).max() < rounding(volume)
 
 

@@ -65,7 +65,7 @@ def test_fog_of_linear_opacity_is_the_product_of_its_slabs(renderer: PlantedRend
 def test_opaque_slabs_of_linear_opacity_are_opaque(renderer: PlantedRenderer) -> None:
     volume = Volume(np.ones((4, 4, 4), np.float32))
     camera = Camera.orthographic((1.5, 1.5, -9), (1.5, 1.5, 1.5), (0, 1, 0), height=3)
-    _, pictures = planted(renderer, Scene(volume, constant(2.0), camera), slab_thickness=1.0)
+    _, pictures = planted(renderer, Scene(volume, constant(2.0), camera, classification="slab"), slab_thickness=1.0)
     np.testing.assert_allclose(pictures["linear opacity"][..., 3], 1, rtol=1e-6)
     np.testing.assert_allclose(pictures["linear opacity"][..., 0], 0.9, rtol=1e-6)
 
@@ -165,7 +165,7 @@ def test_the_other_axis_is_of_a_volume_whose_axes_are_swapped(renderer: PlantedR
 def test_where_some_axes_are_the_same_others_are_swapped(renderer: PlantedRenderer) -> None:
     values = random_volume(5, (6, 6, 6)).values
     values = values + values.transpose(2, 1, 0)
-    bench, pictures = planted(renderer, Scene(Volume(values), FOG))
+    bench, pictures = planted(renderer, Scene(Volume(values), FOG, classification="slab"))
     assert np.abs(pictures["other axis"] - bench.right).max() > 0.01
 
 
@@ -198,7 +198,7 @@ def test_unclipped_end_slabs_make_fog_thicker_at_its_faces(renderer: PlantedRend
 def test_a_missing_cosine_makes_oblique_fog_thinner(renderer: PlantedRenderer) -> None:
     volume = Volume(np.ones((5, 5, 5), np.float32))
     camera = Camera.perspective((2, 2, -4), (2, 2, 2), (0, 1, 0), fov=70)
-    bench, pictures = planted(renderer, Scene(volume, constant(0.1), camera), slab_thickness=0.5)
+    bench, pictures = planted(renderer, Scene(volume, constant(0.1), camera, classification="slab"), slab_thickness=0.5)
     _, directions = camera.rays(SIZE)
     cosine = directions @ camera.forward
     depth, thinner = (-np.log1p(-each[..., 3].astype(np.float64)) for each in (bench.right, pictures["missing cosine"]))
@@ -288,7 +288,7 @@ def test_a_mistake_that_cannot_be_compiled_leaves_the_renderer_whole(renderer: P
 @pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average", "isosurface"])
 def test_what_has_no_meaning_for_a_mode_does_not_apply(mode: str, renderer: PlantedRenderer) -> None:
     isovalue = 0.5 if mode == "isosurface" else None
-    scene = Scene(random_volume(3), mode=mode, isovalue=isovalue)  # type: ignore[arg-type]
+    scene = Scene(random_volume(3), mode=mode, isovalue=isovalue, classification="slab")  # type: ignore[arg-type]
     _, pictures = planted(renderer, scene)
     for name in ("swapped order", "linear opacity", "double thickness", "alpha of the back"):
         assert pictures[name] == f"mode {mode} composites nothing"
@@ -299,7 +299,11 @@ def test_what_has_no_meaning_for_a_mode_does_not_apply(mode: str, renderer: Plan
 
 
 def test_lit_and_graded_scenes_have_mistakes_too(renderer: PlantedRenderer) -> None:
-    for scene in (Scene(random_volume(3), GRADED, lighting=LIT), SCENES["shadows"], SCENES["depth cue"]):
+    for scene in (
+        Scene(random_volume(3), GRADED, lighting=LIT, classification="slab"),
+        SCENES["shadows"],
+        SCENES["depth cue"],
+    ):
         bench, pictures = planted(renderer, scene)
         for name in NAMED:
             assert np.abs(pictures[name] - bench.right).max() > 1e-4, name

@@ -19,11 +19,13 @@ from texvol.scene.volume import Volume
 FIRST, SECOND = random_volume(1), random_volume(2, (6, 7, 5))
 LABELS = Volume(np.rint(4 * FIRST.values), FIRST.spacing, labels=True)
 SCENES = {
-    "two": Scene(FIRST, BONE, added=(AddedVolume(SECOND, FOG),)),
+    "two": Scene(FIRST, BONE, added=(AddedVolume(SECOND, FOG),), classification="slab"),
     "masked": Scene(FIRST, BONE, classification="post", mask=Mask(random_volume(3).values)),
-    "labels": Scene(LABELS),
+    "labels": Scene(LABELS, classification="slab"),
     "labels among others": Scene(FIRST, FOG, classification="integrated", added=(AddedVolume(LABELS),)),
-    "colours": Scene(Volume(FIRST.values, colors=np.random.default_rng(4).random((7, 8, 9, 3))), BONE),
+    "colours": Scene(
+        Volume(FIRST.values, colors=np.random.default_rng(4).random((7, 8, 9, 3))), BONE, classification="slab"
+    ),
 }
 
 

@@ -37,7 +37,14 @@ def test_noise_seen_from_inside(check_picture: CheckPicture, classification: Cla
 @pytest.mark.parametrize("mode", ["xray", "average", "mip", "minip", "isosurface"])
 def test_modes(check_picture: CheckPicture, mode: Any) -> None:
     volume = smooth_volume(24)
-    scene = Scene(volume, None, Camera.framing(volume), mode=mode, isovalue=0.5 if mode == "isosurface" else None)
+    scene = Scene(
+        volume,
+        None,
+        Camera.framing(volume),
+        mode=mode,
+        isovalue=0.5 if mode == "isosurface" else None,
+        classification="slab",
+    )
     check_picture(scene, f"mode-{mode}", size=SIZE, sampling_rate=2, oracle=True)
 
 

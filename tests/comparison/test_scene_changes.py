@@ -29,7 +29,7 @@ VOLUME = smooth_volume(10)
 MEDIUM = TransferFunction(np.array([0, 1.0]), np.array([[0, 0, 0], [1, 1, 1.0]]), np.array([0, 0.5]))
 DENSER = replace(MEDIUM, extinctions=np.array([0, 0.7]))
 CAMERA = Camera.framing(VOLUME)
-SCENE = Scene(VOLUME, MEDIUM, CAMERA, lighting=Lighting((Light("directional", (1, 0, 0)),)))
+SCENE = Scene(VOLUME, MEDIUM, CAMERA, lighting=Lighting((Light("directional", (1, 0, 0)),)), classification="slab")
 PIXELS = np.full((4, 5, 4), 0.5, np.float32)
 
 
@@ -55,7 +55,7 @@ CHANGES = {
     "clip planes": (replace(SCENE, clip=(ClipPlane((1, 0, 0), 0.5),)), "clip", "normal (1, 0, 0), offset 0.5"),
     "crop": (replace(SCENE, crop=((0, 1), (0, 1), (0, 1))), "crop", "instead of none"),
     "matter": (replace(SCENE, transfer_function=DENSER), "transfer function", "points 2 extinction 0.7 instead of 0.5"),
-    "mode": (Scene(VOLUME, camera=CAMERA, mode="mip"), "mode", "mip instead of none"),
+    "mode": (Scene(VOLUME, camera=CAMERA, mode="mip", classification="slab"), "mode", "mip instead of none"),
     "classification": (replace(SCENE, classification="post"), "classification", "post instead of slab"),
     "depth cue": (replace(SCENE, depth_cue=DepthCue()), "depth cue", "instead of none"),
     "values": (replace(SCENE, volume=other_values()), "volume", "content, by its checksum,"),

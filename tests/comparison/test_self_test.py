@@ -40,7 +40,9 @@ def status(test: SelfTest, name: str) -> str:
 def test_what_changes_nothing_is_neither_caught_nor_missed() -> None:
     volume = Volume(np.ones((6, 6, 6), np.float32))
     camera = Camera.orthographic((2.5, 2.5, -20), (2.5, 2.5, 2.5), (0, 1, 0), height=5)
-    test = self_test(StoredScene(Scene(volume, constant(0.1), camera)), SIZE, NONE, controls=False)
+    test = self_test(
+        StoredScene(Scene(volume, constant(0.1), camera, classification="slab")), SIZE, NONE, controls=False
+    )
     for name in ("half a texel", "other axis", "swapped order"):
         assert status(test, name) == NOTHING
     assert status(test, "missing cosine") == NO_MEANING
@@ -114,8 +116,8 @@ def test_limits_that_refuse_the_same_picture_are_a_false_alarm(monkeypatch) -> N
 
 
 def test_numbers_are_held_against_limits_as_shares_of_their_range() -> None:
-    thousands = Scene(Volume(random_volume(3).values * 1000), mode="mip")
-    ones = Scene(random_volume(3), mode="mip")
+    thousands = Scene(Volume(random_volume(3).values * 1000), mode="mip", classification="slab")
+    ones = Scene(random_volume(3), mode="mip", classification="slab")
     tests = [self_test(StoredScene(scene), SIZE, TWO_DRIVERS, controls=False) for scene in (thousands, ones)]
     for ours, theirs in zip(tests[0].rows, tests[1].rows, strict=True):
         assert (ours.name, ours.status) == (theirs.name, theirs.status)

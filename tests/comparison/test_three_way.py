@@ -127,7 +127,7 @@ def test_thinner_slabs_are_for_the_better(classification: str, renderer: Rendere
 
 
 def test_the_truth_of_eight_bits_is_what_they_can_hold() -> None:
-    bright = Scene(random_volume(3), BONE, background=(3.0, 0.5, 0))
+    bright = Scene(random_volume(3), BONE, background=(3.0, 0.5, 0), classification="slab")
     stored, truth = StoredScene(bright), texvol.raycast(bright, SIZE)
     assert truth.max() > 1
     for ends_at_one, expected in ((False, truth), (True, np.clip(truth, 0, 1))):
@@ -137,7 +137,7 @@ def test_the_truth_of_eight_bits_is_what_they_can_hold() -> None:
 
 
 def test_the_truth_of_numbers_in_eight_bits_is_grey_in_the_window() -> None:
-    scene = Scene(random_volume(3), mode="average")
+    scene = Scene(random_volume(3), mode="average", classification="slab")
     stored = StoredScene(scene, window=(0.5, 0.25))
     truth = texvol.raycast(scene, SIZE)
     expected = shown(truth, scene, window=(0.5, 0.25))

@@ -42,8 +42,8 @@ def volumes(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def loaded() -> None:
     """Libraries that must not be loaded by a run of pytest within this process, which drops what it has loaded."""
     with texvol.Renderer() as renderer:
-        renderer.render(texvol.Scene(demo_volume(8)), (4, 4))
-    texvol.raycast(texvol.Scene(demo_volume(8)), (4, 4))
+        renderer.render(texvol.Scene(demo_volume(8), classification="slab"), (4, 4))
+    texvol.raycast(texvol.Scene(demo_volume(8), classification="slab"), (4, 4))
 
 
 @pytest.fixture

@@ -155,7 +155,7 @@ def test_it_is_the_surface_that_the_mode_shows(renderer: Renderer) -> None:
     volume = smooth_volume(48)
     camera = Camera.framing(volume, "perspective", eye=volume.centre + volume.radius * np.array([1.5, -2.0, 1.2]))
     mesh, size = surface_of(volume, 0.6), (72, 64)
-    scene = Scene(volume, None, camera, mode="isosurface", isovalue=0.6)
+    scene = Scene(volume, None, camera, mode="isosurface", isovalue=0.6, classification="slab")
     of_mode = isosurface_depth(scene, size)
     [first, *_] = surface_layers(replace(scene, geometry=(mesh,)).completed(size), size, lambda array: array)
     eyes, edges = camera.rays(size)
@@ -163,5 +163,5 @@ def test_it_is_the_surface_that_the_mode_shows(renderer: Renderer) -> None:
     both = np.isfinite(of_mode) & np.isfinite(of_mesh)
     assert (np.isfinite(of_mode) == np.isfinite(of_mesh)).mean() > 0.995 and both.mean() > 0.2
     assert np.quantile(np.abs(of_mode - of_mesh)[both], 0.99) < 0.02 / 0.2
-    picture = renderer.render(Scene(volume, constant(0.0), camera, geometry=(mesh,)), size)
+    picture = renderer.render(Scene(volume, constant(0.0), camera, geometry=(mesh,), classification="slab"), size)
     assert ((picture[..., 3] == 1) == np.isfinite(of_mesh)).all()

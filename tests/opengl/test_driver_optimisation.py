@@ -30,8 +30,8 @@ def scenes() -> list[Scene]:
         Scene(volume, BONE, classification="integrated"),
         Scene(volume, BONE, near, classification="post", lighting=lit),
         Scene(volume, FOG, near, classification="post", added=(second,)),
-        Scene(volume, mode="isosurface", isovalue=0.6, lighting=replace(lit, shadows=False)),
-        Scene(volume, mode="average"),
+        Scene(volume, mode="isosurface", isovalue=0.6, lighting=replace(lit, shadows=False), classification="slab"),
+        Scene(volume, mode="average", classification="slab"),
     ]
 
 

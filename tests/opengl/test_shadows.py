@@ -246,7 +246,7 @@ def _ray_inside(light: Light, positions: np.ndarray, volume: Volume) -> np.ndarr
 
 def test_an_isosurface_is_refused_shadows() -> None:
     with pytest.raises(InputError, match="shadows need mode composite"):
-        Scene(BOX, lighting=Lighting((SUN,), shadows=True), mode="isosurface", isovalue=0.5)
+        Scene(BOX, lighting=Lighting((SUN,), shadows=True), mode="isosurface", isovalue=0.5, classification="slab")
 
 
 FOG_OF_VALUES = TransferFunction([0.0, 1.0], [(0.9, 0.8, 0.7)] * 2, [0.0, 0.4])

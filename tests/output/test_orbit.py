@@ -183,7 +183,7 @@ def test_textures_are_uploaded_once(folder: Path, monkeypatch: pytest.MonkeyPatc
     uploads: list[int] = []
     write = TextureStore._write
     monkeypatch.setattr(TextureStore, "_write", lambda *all_of: (uploads.append(1), write(*all_of))[1])
-    assert run("render", *SCENE, "--orbit", "6", "-o", "%d.png") == 0
+    assert run("render", *SCENE, "--classification", "slab", "--orbit", "6", "-o", "%d.png") == 0
     assert len(uploads) == 1
 
 
@@ -376,7 +376,7 @@ def test_what_is_held_does_not_grow_with_the_number_of_views(folder: Path) -> No
 
 def test_the_scene_with_views_is_drawn_as_usual(renderer: Renderer) -> None:
     volume = random_volume(3)
-    scene = Scene(volume, FOG, orbit.framing(volume))
+    scene = Scene(volume, FOG, orbit.framing(volume), classification="slab")
     pictures = [renderer.render(replace(scene, camera=camera), (16, 16)) for camera in orbiting(scene.camera, 3)]
     assert "upload" not in renderer.seconds
     assert all(picture[..., 3].max() > 0.01 for picture in pictures)

@@ -42,7 +42,7 @@ def test_every_step_is_drawn_with_one_camera_and_one_transfer_function(folder: P
     assert json.loads(Path("stats.json").read_text())["time"]["views"] == STEPS
     with TimeSeries("moving.nii.gz") as series:
         transfer, first = proposed_for(representative_volume(series)), series[0]
-        camera = Scene(first).completed((40, 30)).camera
+        camera = Scene(first, classification="slab").completed((40, 30)).camera
         with Renderer() as renderer:
             for i, volume in enumerate(series):
                 scene = Scene(volume, transfer, camera, classification="post")

@@ -133,6 +133,7 @@ IN_MEMORY = Scene(
     BONE,
     mask=Mask(FIRST.values > 0.5, "a mask"),
     added=(AddedVolume(SECOND, FOG, Mask(SECOND.values, "other")),),
+    classification="slab",
 )
 
 
@@ -164,7 +165,7 @@ def test_what_has_no_file_has_to_be_given() -> None:
     ],
 )
 def test_what_samples_are_is_part_of_a_volume(drawn_as: dict[str, Any], given_as: dict[str, Any], words: str) -> None:
-    text = scene_metadata("v", Scene(Volume(LABELS, **drawn_as)), checksum=True)[ATTRIBUTE]
+    text = scene_metadata("v", Scene(Volume(LABELS, **drawn_as), classification="slab"), checksum=True)[ATTRIBUTE]
     with pytest.raises(InputError, match=words):
         stored_scene_of({ATTRIBUTE: text}, name="p", volume=Volume(LABELS, **given_as))
     assert stored_scene_of({ATTRIBUTE: text}, name="p", volume=Volume(LABELS, **drawn_as))
@@ -176,7 +177,7 @@ def test_a_volume_that_is_moved_twice_is_found_where_it_went(drawn: Path) -> Non
     shift, turn = np.eye(4), np.eye(4)
     shift[:3, 3] = 1, 2, 3
     turn[:2, :2] = [[0, -1], [1, 0]]
-    scene = Scene(load("first.npy").moved(shift).moved(turn))
+    scene = Scene(load("first.npy").moved(shift).moved(turn), classification="slab")
     np.testing.assert_array_equal(scene.volume.origin, (-2, 1, 3))
     found = stored_scene_of({ATTRIBUTE: scene_metadata("first.npy", scene)[ATTRIBUTE]}, name="p").scene.volume
     np.testing.assert_allclose(found.origin, (-2, 1, 3), atol=1e-12)

@@ -23,15 +23,16 @@ RGB = Volume(
     smooth_volume(12).values, (0.9, 0.7, 0.8), (3, 2, -4), colors=np.random.default_rng(2).random((12, 12, 12, 3))
 )
 SCENES = {
-    "hidden": Scene(FIRST, BONE, mask=Mask(FIRST.values > 0.6)),
-    "faded": Scene(FIRST, BONE, mask=Mask(random_volume(3, (12, 11, 10)).values)),
-    "colours": Scene(RGB, BONE),
-    "two": Scene(FIRST, FOG, added=(AddedVolume(TURNED, BONE),)),
+    "hidden": Scene(FIRST, BONE, mask=Mask(FIRST.values > 0.6), classification="slab"),
+    "faded": Scene(FIRST, BONE, mask=Mask(random_volume(3, (12, 11, 10)).values), classification="slab"),
+    "colours": Scene(RGB, BONE, classification="slab"),
+    "two": Scene(FIRST, FOG, added=(AddedVolume(TURNED, BONE),), classification="slab"),
     "three, from inside": Scene(
         FIRST,
         BONE,
         inside(FIRST, "perspective"),
         added=(AddedVolume(TURNED, FOG, Mask(TURNED.values < 0.5)), AddedVolume(RGB, FOG)),
+        classification="slab",
     ),
 }
 
@@ -74,7 +75,7 @@ def test_what_it_does_not_know_is_not_drawn() -> None:
         replace(plain, clip=(ClipPlane((1, 0, 0), 3),)),
         replace(plain, crop=((0, 5), (0, 5), (0, 5))),
         replace(plain, added=(AddedVolume(labels),)),
-        Scene(labels),
+        Scene(labels, classification="slab"),
         replace(plain, added=(AddedVolume(Volume([[[np.nan, 1.0]]])),)),
     ):
         assert not plain_slabs.can_draw(other)

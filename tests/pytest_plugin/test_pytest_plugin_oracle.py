@@ -33,13 +33,17 @@ pytest_plugins = ("pytester", "support.picture_project")
 SIZE = (40, 32)
 CLASSIFICATIONS = ("slab", "extinction", "post", "integrated")
 VOLUME = smooth_volume(20)
-INSIDE = Scene(VOLUME, BONE, inside(VOLUME, "perspective"), background=(0.2, 0.5, 0.9))
+INSIDE = Scene(VOLUME, BONE, inside(VOLUME, "perspective"), background=(0.2, 0.5, 0.9), classification="slab")
 SCENES = {
-    "fog": Scene(VOLUME, FOG),
-    "bone": Scene(VOLUME, BONE),
-    "noise": Scene(random_volume(3), BONE),
+    "fog": Scene(VOLUME, FOG, classification="slab"),
+    "bone": Scene(VOLUME, BONE, classification="slab"),
+    "noise": Scene(random_volume(3), BONE, classification="slab"),
     "inside": INSIDE,
-    "glow": Scene(VOLUME, TransferFunction(np.array([0, 1.0]), np.ones((2, 3)), np.array([0, 0.02]), emissive=True)),
+    "glow": Scene(
+        VOLUME,
+        TransferFunction(np.array([0, 1.0]), np.ones((2, 3)), np.array([0, 0.02]), emissive=True),
+        classification="slab",
+    ),
 }
 
 
@@ -141,13 +145,13 @@ def test_the_renderer_s_own_estimate_would_have_let_linear_opacity_pass(maker: M
 @pytest.mark.parametrize(
     "scene",
     [
-        Scene(VOLUME, BONE, lighting=Lighting()),
+        Scene(VOLUME, BONE, lighting=Lighting(), classification="slab"),
         Scene(VOLUME, BONE, lighting=Lighting(), classification="post"),
-        Scene(VOLUME, mode="mip"),
-        Scene(VOLUME, mode="xray"),
-        Scene(VOLUME, mode="average"),
-        Scene(VOLUME, mode="isosurface", isovalue=0.6),
-        Scene(VOLUME, BONE, clip=(ClipPlane((1, 0.3, 0), 3.0),)),
+        Scene(VOLUME, mode="mip", classification="slab"),
+        Scene(VOLUME, mode="xray", classification="slab"),
+        Scene(VOLUME, mode="average", classification="slab"),
+        Scene(VOLUME, mode="isosurface", isovalue=0.6, classification="slab"),
+        Scene(VOLUME, BONE, clip=(ClipPlane((1, 0.3, 0), 3.0),), classification="slab"),
         Scene(VOLUME, BONE, classification="post", crop=((1, 5), (-np.inf, np.inf), (2, 7))),
     ],
     ids=lambda scene: f"{scene.mode} {scene.classification} {'cut' if scene.clip or scene.crop else ''}",
@@ -193,7 +197,7 @@ def test_a_picture_s_header_may_say_the_scene(maker: Maker, project: Project) ->
     np.save("bone.npy", VOLUME.values)
     from texvol import load
 
-    scene = Scene(load("bone.npy"), BONE)
+    scene = Scene(load("bone.npy"), BONE, classification="slab")
     drawn = maker.renderer().render(scene, SIZE, sampling_rate=2)
     attributes = scene_metadata("bone.npy", scene, settings=maker.renderer().settings)
     image.write("bone.exr", drawn, attributes)
@@ -328,7 +332,7 @@ def test_without_numba_the_error_says_what_to_install(project: Project) -> None:
 
 
 def test_numbers_in_eight_bits_are_refused(maker: Maker) -> None:
-    scene = Scene(VOLUME, mode="mip")
+    scene = Scene(VOLUME, mode="mip", classification="slab")
     picture = Picture.of_array(np.zeros((8, 8, 3), np.uint8), "x")
     candidate = maker.candidate(picture, Request("x", 1, None, scene, None, {}))
     with pytest.raises(InputError, match="must hold floats"):

@@ -66,7 +66,9 @@ def test_that_of_a_linear_field_is_a_plane(projection, rising):
     within = ((index >= 0) & (index <= last)).all(axis=-1)
     outside = ((index < -0.5) | (index > last + 0.5)).any(axis=-1) & (path_lengths(volume, camera, SIZE) == 0)
     assert within.sum() > 20 and outside.any()
-    depth = isosurface_depth(Scene(volume, camera=camera, mode="isosurface", isovalue=isovalue), SIZE)
+    depth = isosurface_depth(
+        Scene(volume, camera=camera, mode="isosurface", isovalue=isovalue, classification="slab"), SIZE
+    )
     np.testing.assert_allclose(depth[within], (line_of_sight * (directions @ camera.forward))[within], rtol=1e-12)
     assert np.isinf(depth[outside]).all()
 
@@ -78,7 +80,7 @@ def test_it_is_the_first_root_of_dense_samples(view):
     camera = Camera.framing(volume, "perspective" if view == "perspective" else "orthographic")
     if view == "inside":
         camera = Camera.perspective(volume.centre, volume.centre + [1, 2, -0.4], (0, 0, 1), fov=80)
-    depth = isosurface_depth(Scene(volume, camera=camera, mode="isosurface", isovalue=0.7), SIZE)
+    depth = isosurface_depth(Scene(volume, camera=camera, mode="isosurface", isovalue=0.7, classification="slab"), SIZE)
     eyes, directions = camera.rays(SIZE)
     found = 0
     for pixel in np.ndindex(depth.shape):
@@ -104,7 +106,12 @@ def column(values, isovalue):
     """Depth of the surface, from where the box begins, that the ray down a column of samples sees."""
     volume = Volume(np.broadcast_to(np.array(values, float)[:, None, None], (len(values), 3, 3)))
     camera = Camera.orthographic((1, 1, -10.5), (1, 1, 0), (0, 1, 0), 1)
-    return isosurface_depth(Scene(volume, camera=camera, mode="isosurface", isovalue=isovalue), (1, 1))[0, 0] - 10
+    return (
+        isosurface_depth(
+            Scene(volume, camera=camera, mode="isosurface", isovalue=isovalue, classification="slab"), (1, 1)
+        )[0, 0]
+        - 10
+    )
 
 
 @pytest.mark.parametrize(
@@ -222,7 +229,9 @@ def test_where_the_gradient_is_small_light_falls_from_all_sides():
     lighting = Lighting((Light("directional", (0, 1, 2)),), 0.1, 0.6, 0.5, 4.0, two_sided=False)
     volume = with_values(Volume(np.zeros((8, 8, 8)), (1, 1, 0.5)), lambda position: -0.25 * position[..., 2])
     camera = Camera.orthographic(volume.centre + (0, 0, 10), volume.centre, (0, 1, 0), 1)
-    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=float(-0.25 * volume.centre[2]))
+    scene = Scene(
+        volume, camera=camera, mode="isosurface", isovalue=float(-0.25 * volume.centre[2]), classification="slab"
+    )
     cosine, halfway = 2 / np.sqrt(5), unit(np.array([0, 1, 2]) / np.sqrt(5) + [0, 0, 1])[2]
     for fade, w in [
         (None, 1.0),
@@ -278,5 +287,5 @@ def test_its_colour_is_that_of_its_value(transfer, color):
     volume = Volume(np.arange(6.0)[:, None, None].repeat(3, 1).repeat(3, 2))
     camera = Camera.orthographic(volume.centre - (0, 0, 10), volume.centre, (0, 1, 0), 1)
     lighting = Lighting(ambient=1, diffuse=0, specular=0)
-    scene = Scene(volume, transfer, camera, mode="isosurface", isovalue=2.5, lighting=lighting)
+    scene = Scene(volume, transfer, camera, mode="isosurface", isovalue=2.5, lighting=lighting, classification="slab")
     np.testing.assert_allclose(project(scene, (1, 1))[0, 0], [*color, 1], rtol=1e-12)

@@ -234,4 +234,4 @@ def test_a_light_far_away_is_directional(renderer: Renderer, kind: str, shadows:
 def test_light_is_not_for_matter_that_glows() -> None:
     gas = TransferFunction(np.zeros(1), np.ones((1, 3)), np.ones(1), emissive=True)
     with pytest.raises(InputError, match="lighting needs an associated transfer function"):
-        Scene(linear(), gas, lighting=Lighting())
+        Scene(linear(), gas, lighting=Lighting(), classification="slab")

@@ -277,15 +277,15 @@ def test_an_eye_inside_sees_what_is_before_it():
 
 def test_the_background_enters_no_number():
     volume = Volume(np.ones((3, 3, 3)))
-    with_light = Scene(volume, mode="xray", background=(1, 2, 3), camera=Camera.framing(volume))
+    with_light = Scene(volume, mode="xray", background=(1, 2, 3), camera=Camera.framing(volume), classification="slab")
     np.testing.assert_array_equal(project(with_light, SIZE), projected(volume, "xray", Camera.framing(volume)))
 
 
 def test_modes_without_a_projection_are_refused():
     volume = Volume(np.zeros((2, 2, 2)))
     with pytest.raises(InputError, match="mode must be one of xray.*for a projection, got composite"):
-        project(Scene(volume), SIZE)
+        project(Scene(volume, classification="slab"), SIZE)
     with pytest.raises(InputError, match="mode must be isosurface for a depth, got mip"):
-        isosurface_depth(Scene(volume, mode="mip"), SIZE)
+        isosurface_depth(Scene(volume, mode="mip", classification="slab"), SIZE)
     with pytest.raises(InputError, match="at least one pixel"):
-        project(Scene(volume, mode="mip"), (0, 4))
+        project(Scene(volume, mode="mip", classification="slab"), (0, 4))

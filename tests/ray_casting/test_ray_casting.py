@@ -327,7 +327,7 @@ def test_the_ramp_formulas_agree_with_quadrature():
 @pytest.mark.parametrize("size", [(0, 4), (4, 0), (-1, 4)])
 def test_a_picture_without_pixels_is_refused(size):
     with pytest.raises(InputError, match="at least one pixel"):
-        raycast(Scene(ramp_volume(), uniform(1.0)), size)
+        raycast(Scene(ramp_volume(), uniform(1.0), classification="slab"), size)
 
 
 def test_a_scene_without_transfer_function_takes_the_proposed_one():
@@ -335,5 +335,5 @@ def test_a_scene_without_transfer_function_takes_the_proposed_one():
     if not hasattr(transfer, "proposed_for"):
         pytest.skip("no proposal yet")
     volume = ramp_volume()
-    proposed = raycast(Scene(volume, transfer.proposed_for(volume)), (5, 5))
-    np.testing.assert_array_equal(raycast(Scene(volume), (5, 5)), proposed)
+    proposed = raycast(Scene(volume, transfer.proposed_for(volume), classification="slab"), (5, 5))
+    np.testing.assert_array_equal(raycast(Scene(volume, classification="slab"), (5, 5)), proposed)

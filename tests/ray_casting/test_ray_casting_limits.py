@@ -121,7 +121,7 @@ def test_one_opaque_voxel_hides_all_rays_that_pass_nearer_than_its_neighbours(or
     expected[3, 3] = [1, 0.5, 0, 1]
     np.testing.assert_allclose(columns(volume, "slab", OPAQUE), expected, atol=1e-12)
     camera = Camera.orthographic(volume.centre + np.array([0, 0, 9]), volume.centre, (0, 1, 0), 7 * 0.7)
-    finer = raycast(Scene(volume, OPAQUE, camera), (70, 70))[..., 3]
+    finer = raycast(Scene(volume, OPAQUE, camera, classification="slab"), (70, 70))[..., 3]
     np.testing.assert_array_equal(finer[25:45, 25:45], 1)
     assert finer.sum() == 400
 
@@ -130,7 +130,7 @@ def test_two_opaque_voxels_show_by_their_weights_where_the_ray_enters():
     values = np.array([[[0, 2.0]], [[0, 2.0]]])  # z, y, x
     transfer = TransferFunction([0, 2], [[1, 0, 0], [0, 0, 1]], [np.inf, np.inf])
     camera = Camera.orthographic((0.25, 0, 9), (0.25, 0, 0), (0, 1, 0), 1)
-    pixel = raycast(Scene(Volume(values), transfer, camera), (1, 1))[0, 0]
+    pixel = raycast(Scene(Volume(values), transfer, camera, classification="slab"), (1, 1))[0, 0]
     np.testing.assert_allclose(pixel, [0.75, 0, 0.25, 1], atol=1e-12)
 
 
@@ -139,7 +139,7 @@ def test_opaque_corners_behind_the_cell_show_their_limit_from_inside():
     values = np.array([[[0, 2.0]], [[1, 1]]])
     transfer = TransferFunction([0, 1, 1, 2], [[1, 0, 0], [1, 0, 0], [0, 0, 0], [0, 0, 1]], [np.inf, np.inf, 0, 0])
     camera = Camera.orthographic((0.25, 0, 9), (0.25, 0, 0), (0, 1, 0), 1)
-    pixel = raycast(Scene(Volume(values), transfer, camera), (1, 1))[0, 0]
+    pixel = raycast(Scene(Volume(values), transfer, camera, classification="slab"), (1, 1))[0, 0]
     np.testing.assert_allclose(pixel, [1, 0, 0, 1], atol=1e-12)
 
 

@@ -56,7 +56,16 @@ def random_scene(seed: int, classification: Any, **more: Any) -> Scene:
         else Camera.orthographic(eye, (3, 3, 3), (0.1, 0.2, 1), height=5)
     )
     medium, mask = first.transfer_function, first.mask
-    return Scene(first.volume, medium, camera, (0.1, 0.2, 0.3), classification, mask=mask, added=tuple(added), **more)
+    return Scene(
+        first.volume,
+        medium,
+        camera,
+        (0.1, 0.2, 0.3),
+        classification,
+        mask=mask,
+        added=tuple(added),
+        **({"classification": "slab"} | more),
+    )
 
 
 def held(scene: Scene) -> None:

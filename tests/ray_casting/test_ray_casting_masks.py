@@ -34,7 +34,7 @@ def view(volume: Volume, projection: str = "perspective") -> Camera:
 
 
 def scene(volume: Volume, medium: TransferFunction, **more: Any) -> Scene:
-    return Scene(volume, medium, view(volume), **more)
+    return Scene(volume, medium, view(volume), **({"classification": "slab"} | more))
 
 
 def weight(volume: Volume, amount: float) -> Mask:
@@ -80,7 +80,7 @@ def columns(values: np.ndarray, weights: np.ndarray, medium: TransferFunction, *
     volume = Volume(np.broadcast_to(values[:, None, None], shape))
     mask = Mask(np.broadcast_to(weights[:, None, None], shape))
     camera = Camera.orthographic((1, 1, -10), (1, 1, 0), (0, 1, 0), height=1)
-    return raycast(Scene(volume, medium, camera, mask=mask, **more), (1, 1))[0, 0]
+    return raycast(Scene(volume, medium, camera, mask=mask, **({"classification": "slab"} | more)), (1, 1))[0, 0]
 
 
 @ALL
@@ -218,7 +218,9 @@ def test_colours_between_samples_are_premultiplied() -> None:
     colors[0], colors[1] = (1, 0.5, 0.25), (0, 0.75, 0.5)
     volume = Volume((0.5 + z)[:, None, None], colors=colors)
     camera = Camera.orthographic((0, 0, -10), (0, 0, 0), (0, 1, 0), height=1)
-    picture = raycast(Scene(volume, TransferFunction([0, 2], [(1, 1, 1)] * 2, [0, 2]), camera), (1, 1))[0, 0]
+    picture = raycast(
+        Scene(volume, TransferFunction([0, 2], [(1, 1, 1)] * 2, [0, 2]), camera, classification="slab"), (1, 1)
+    )[0, 0]
     tau = lambda s: np.interp(s, z, [0.5, 1.5])  # noqa: E731
     depth = lambda s: quad(tau, -0.5, s, points=[0, 1] if s > 1 else None, epsabs=1e-14)[0]  # noqa: E731
     for channel in range(3):
@@ -257,9 +259,9 @@ def test_in_other_modes_hidden_samples_are_missing(mode: Any) -> None:
     weights = np.random.default_rng(8).choice([0, 0.5, 1], values.shape, p=[0.1, 0.4, 0.5])
     volume = Volume(values)
     iso = 120.0 if mode == "isosurface" else None
-    masked = Scene(volume, None, view(volume), mode=mode, isovalue=iso, mask=Mask(weights))
+    masked = Scene(volume, None, view(volume), mode=mode, isovalue=iso, mask=Mask(weights), classification="slab")
     gaps = Volume(np.where(weights > 0, values, np.nan).astype(np.float32))
-    missing = Scene(gaps, None, view(volume), mode=mode, isovalue=iso)
+    missing = Scene(gaps, None, view(volume), mode=mode, isovalue=iso, classification="slab")
     picture = raycast(masked, SIZE)
     np.testing.assert_array_equal(picture, raycast(missing, SIZE))
     assert (picture != raycast(replace(masked, mask=None), SIZE)).any()
@@ -283,5 +285,5 @@ def test_volumes_without_hidden_samples_are_made_once() -> None:
 @pytest.mark.parametrize(("dtype", "wanted"), [("u1", "f4"), ("i2", "f4"), ("f2", "f4"), ("i4", "f8"), ("f8", "f8")])
 def test_values_keep_all_their_digits_beside_gaps(dtype: str, wanted: str) -> None:
     volume = Volume(np.arange(27).reshape(3, 3, 3).astype(dtype))
-    mip = Scene(volume, None, view(volume), mode="mip", mask=Mask(volume.values != 4))
+    mip = Scene(volume, None, view(volume), mode="mip", mask=Mask(volume.values != 4), classification="slab")
     assert mip.completed(SIZE).volume.values.dtype == wanted

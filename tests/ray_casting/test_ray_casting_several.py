@@ -102,8 +102,10 @@ def test_half_of_it_twice_is_all_of_it(classification: Any, light: Any) -> None:
     half = replace(BONE, extinctions=BONE.extinctions / 2)
     camera, cue = view(volume, "perspective"), DepthCue(0.5, (0.2, 0.1, 0.4))
     common: dict[str, Any] = {"camera": camera, "classification": classification, "lighting": light, "depth_cue": cue}
-    twice = Scene(volume, half, added=(other(volume, half),), **common)
-    np.testing.assert_allclose(raycast(twice, SIZE), raycast(Scene(volume, BONE, **common), SIZE), **AGREED)
+    twice = Scene(volume, half, added=(other(volume, half),), **({"classification": "slab"} | common))
+    np.testing.assert_allclose(
+        raycast(twice, SIZE), raycast(Scene(volume, BONE, **({"classification": "slab"} | common)), SIZE), **AGREED
+    )
 
 
 def test_shadows_fall_from_one_volume_on_another() -> None:
@@ -112,10 +114,12 @@ def test_shadows_fall_from_one_volume_on_another() -> None:
     lights = Lighting((Light("point", (3.0, 9.0, 11.0)),), shadows=True)
     camera = view(whole, "perspective")
     half = replace(BONE, extinctions=BONE.extinctions / 2)
-    one = raycast(Scene(whole, BONE, camera, lighting=lights), SIZE)
-    two = raycast(Scene(whole, half, camera, lighting=lights, added=(other(whole, half),)), SIZE)
+    one = raycast(Scene(whole, BONE, camera, lighting=lights, classification="slab"), SIZE)
+    two = raycast(Scene(whole, half, camera, lighting=lights, added=(other(whole, half),), classification="slab"), SIZE)
     np.testing.assert_allclose(two, one, **AGREED)
-    unshadowed = raycast(Scene(whole, BONE, camera, lighting=replace(lights, shadows=False)), SIZE)
+    unshadowed = raycast(
+        Scene(whole, BONE, camera, lighting=replace(lights, shadows=False), classification="slab"), SIZE
+    )
     assert np.abs(one - unshadowed).max() > 0.05
 
 
@@ -126,7 +130,14 @@ def test_a_screen_darkens_what_lies_behind_it_from_the_light() -> None:
     screen = Volume(np.zeros((2, 4, 4)), (2, 2, 1), (2.5, 2.5, 10), colors=np.zeros((2, 4, 4, 3)))
     light = Lighting((Light("directional", (0, 0, 1)),), ambient=0.0, diffuse=1.0, specular=0.0, shadows=True)
     camera = Camera.orthographic((5.5, 5.5, -9), (5.5, 5.5, 0), (0, 1, 0), height=12)
-    scene = Scene(fog, constant(thin, (1, 1, 1)), camera, lighting=light, added=(other(screen, constant(0.75)),))
+    scene = Scene(
+        fog,
+        constant(thin, (1, 1, 1)),
+        camera,
+        lighting=light,
+        added=(other(screen, constant(0.75)),),
+        classification="slab",
+    )
     red = raycast(scene, (12, 12))[..., 0]
     # Between nodes it changes linearly, over 12/64: no pixel lies as near to the screen's edges.
     inside = (np.arange(12) > 1.5) & (np.arange(12) < 9.5)
@@ -154,11 +165,11 @@ def test_two_grids_are_their_sum_on_a_common_fine_one(projection: str) -> None:
     crop = tuple((0.0, float(end)) for end in corner)
     grey = TransferFunction([0, 1], [(0.4, 0.7, 0.9)] * 2, [0, 0.8])
     camera = view(coarse, projection)
-    two = Scene(coarse, grey, camera, crop=crop, added=(other(finer, grey),))  # type: ignore[arg-type]
+    two = Scene(coarse, grey, camera, crop=crop, added=(other(finer, grey),), classification="slab")  # type: ignore[arg-type]
     total = refined(coarse, 3)
     total = Volume(total.values + finer.values, total.spacing, total.origin)
     double = TransferFunction([0, 2], grey.colors, [0, 1.6])
-    one = Scene(total, double, camera, crop=crop)  # type: ignore[arg-type]
+    one = Scene(total, double, camera, crop=crop, classification="slab")  # type: ignore[arg-type]
     np.testing.assert_allclose(raycast(two, SIZE), raycast(one, SIZE), **EXACT)
 
 
@@ -175,7 +186,13 @@ def crowd(**more: Any) -> tuple[list[AddedVolume], dict[str, Any]]:
 
 def scene_of(parts: list[AddedVolume], **more: Any) -> Scene:
     first, *further = parts
-    return Scene(first.volume, first.transfer_function, mask=first.mask, added=tuple(further), **more)
+    return Scene(
+        first.volume,
+        first.transfer_function,
+        mask=first.mask,
+        added=tuple(further),
+        **({"classification": "slab"} | more),
+    )
 
 
 @ALL
@@ -195,10 +212,12 @@ def test_a_volume_behind_another_is_composited_behind_it(classification: Any) ->
     back = random_volume(8).moved(turned(0, shift=(0, 0, 20)))
     camera = Camera.perspective((3, 4, -15), (3, 4, 5), (0, 1, 0), fov=40)
     common: dict[str, Any] = {"camera": camera, "classification": classification}
-    near, far = (raycast(Scene(volume, BONE, **common), SIZE) for volume in (front, back))
+    near, far = (
+        raycast(Scene(volume, BONE, **({"classification": "slab"} | common)), SIZE) for volume in (front, back)
+    )
     over = near + (1 - near[..., 3:]) * far
     for one, two in ((front, back), (back, front)):
-        picture = raycast(Scene(one, BONE, added=(other(two, BONE),), **common), SIZE)
+        picture = raycast(Scene(one, BONE, added=(other(two, BONE),), **({"classification": "slab"} | common)), SIZE)
         np.testing.assert_allclose(picture, over, **AGREED)
     assert ((near[..., 3] > 0.1) & (far[..., 3] > 0.1)).any()
 
@@ -279,7 +298,15 @@ def test_opaque_matter_hides_what_is_behind_it_and_outshines_what_is_in_it(class
     camera = view(fog, "perspective")
     common: dict[str, Any] = {"camera": camera, "classification": classification}
     opaque, dense = (
-        raycast(Scene(fog, constant(0.1, RED), added=(other(block, constant(tau, BLUE)),), **common), SIZE)
+        raycast(
+            Scene(
+                fog,
+                constant(0.1, RED),
+                added=(other(block, constant(tau, BLUE)),),
+                **({"classification": "slab"} | common),
+            ),
+            SIZE,
+        )
         for tau in (np.inf, 1e9)
     )
     assert (opaque[..., 3] == 1).any() and (opaque[..., 3] < 1).any()
@@ -317,7 +344,14 @@ def test_the_cue_goes_by_the_box_of_all() -> None:
     second = Volume(np.zeros((4, 4, 4), np.uint8), origin=(0, 0, 20))
     camera = Camera.orthographic((1.5, 1.5, -10), (1.5, 1.5, 0), (0, 1, 0), height=2)
     cue = DepthCue(1.0, (0, 0, 1))
-    scene = Scene(first, constant(np.inf, RED), camera, depth_cue=cue, added=(other(second, constant(np.inf, RED)),))
+    scene = Scene(
+        first,
+        constant(np.inf, RED),
+        camera,
+        depth_cue=cue,
+        added=(other(second, constant(np.inf, RED)),),
+        classification="slab",
+    )
     seen = raycast(scene, (1, 1))[0, 0]
     np.testing.assert_allclose(seen[:3], RED, rtol=1e-8)  # nearest: no cue
     far = raycast(replace(scene, clip=(ClipPlane((0, 0, 1), 12.0),)), (1, 1))[0, 0]

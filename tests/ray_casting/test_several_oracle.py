@@ -40,13 +40,15 @@ MASK = Mask(RANDOM.random(FIRST.values.shape))
 LIT = Lighting((Light("head"), Light("directional", (1, -0.5, 1))), specular=0.3)
 OTHERS = (SECOND, AddedVolume(LABELS, label_function(LABELS)), AddedVolume(COLORS, WHITE))
 SCENES: dict[str, Scene] = {
-    "two": Scene(FIRST, FOG, added=(SECOND,)),
-    "masked": Scene(FIRST, BONE, mask=MASK),
-    "coloured": Scene(COLORS, WHITE),
-    "all kinds": Scene(FIRST, FOG, mask=MASK, added=OTHERS),
-    "cut": Scene(FIRST, FOG, mask=MASK, added=(SECOND,), clip=(ClipPlane((1, 1, 0), 18.0),), caps=True),
-    "lit": Scene(FIRST, FOG, added=(SECOND,), lighting=LIT, depth_cue=DepthCue(0.6)),
-    "all kinds, lit": Scene(FIRST, FOG, mask=MASK, added=(SECOND, OTHERS[2]), lighting=LIT),
+    "two": Scene(FIRST, FOG, added=(SECOND,), classification="slab"),
+    "masked": Scene(FIRST, BONE, mask=MASK, classification="slab"),
+    "coloured": Scene(COLORS, WHITE, classification="slab"),
+    "all kinds": Scene(FIRST, FOG, mask=MASK, added=OTHERS, classification="slab"),
+    "cut": Scene(
+        FIRST, FOG, mask=MASK, added=(SECOND,), clip=(ClipPlane((1, 1, 0), 18.0),), caps=True, classification="slab"
+    ),
+    "lit": Scene(FIRST, FOG, added=(SECOND,), lighting=LIT, depth_cue=DepthCue(0.6), classification="slab"),
+    "all kinds, lit": Scene(FIRST, FOG, mask=MASK, added=(SECOND, OTHERS[2]), lighting=LIT, classification="slab"),
 }
 
 
@@ -76,7 +78,7 @@ def test_pictures_come_to_the_oracles(renderer: Renderer, name: str, classificat
 
 def test_labels_are_the_oracles_at_any_rate(renderer: Renderer) -> None:
     for projection in ("orthographic", "perspective"):
-        scene = Scene(LABELS, label_function(LABELS), Camera.framing(LABELS, projection))
+        scene = Scene(LABELS, label_function(LABELS), Camera.framing(LABELS, projection), classification="slab")
         expected = raycast(scene, SIZE)
         for rate in (0.5, 2.0):
             # Places of faces are float32's, and pieces of 1e-5 of a slab are given to their neighbours.

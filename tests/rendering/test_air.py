@@ -28,7 +28,7 @@ def along_z(column, air) -> float:
     """Integral through the middle of a column of samples."""
     volume = Volume(np.broadcast_to(np.array(column, np.float64)[:, None, None], (len(column), 3, 3)))
     camera = Camera.orthographic(volume.centre - (0, 0, 20), volume.centre, (0, 1, 0), 1)
-    return float(project(Scene(volume, camera=camera, mode="xray", air=air), (1, 1))[0, 0, 0])
+    return float(project(Scene(volume, camera=camera, mode="xray", air=air, classification="slab"), (1, 1))[0, 0, 0])
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_parts_above_and_below_air_add_up_to_the_plain_integral(grid, view):
     camera = CAMERAS[view](volume)
     line_of_sight = path_lengths(volume, camera, SIZE)
     numbers = {
-        name: project(Scene(each, camera=camera, mode="xray", air=air), SIZE)[..., 0]
+        name: project(Scene(each, camera=camera, mode="xray", air=air, classification="slab"), SIZE)[..., 0]
         for name, each, air in (("above", volume, 0.45), ("below", mirrored, -0.45), ("plain", volume, None))
     }
     expected = numbers["plain"] - 0.45 * line_of_sight
@@ -123,7 +123,9 @@ def test_minus_infinity_is_air_also_far_above_it(renderer, dtype, air):
     """All values are far above -1000: nothing but the infinite sample is air."""
     values = noise("plain", dtype).values.copy()
     values[3, 4, 5] = -np.inf
-    scene = Scene(Volume(values), camera=CAMERAS["orthographic"](Volume(values)), mode="xray", air=air)
+    scene = Scene(
+        Volume(values), camera=CAMERAS["orthographic"](Volume(values)), mode="xray", air=air, classification="slab"
+    )
     picture, expected = renderer.render(scene, SIZE, sampling_rate=32), project(scene, SIZE)
     without = project(replace(scene, volume=noise("plain", dtype)), SIZE)
     high = attenuation_of(air).per_value * (1 - attenuation_of(air).air)
@@ -185,9 +187,9 @@ def test_wrong_air_is_refused():
     volume = Volume(np.zeros((2, 2, 2)))
     for air in (np.nan, np.inf, "air", True, (1, 2)):
         with pytest.raises(InputError, match="air must be a finite number, 'hounsfield' or None, got"):
-            Scene(volume, mode="xray", air=air)
+            Scene(volume, mode="xray", air=air, classification="slab")
     for mode in ("composite", "mip", "average"):
         with pytest.raises(InputError, match=f"air needs mode xray, got mode {mode}"):
-            Scene(volume, mode=mode, air=0.0)
-    assert Scene(volume, mode="xray", air=np.int16(-3)).air == -3.0
+            Scene(volume, mode=mode, air=0.0, classification="slab")
+    assert Scene(volume, mode="xray", air=np.int16(-3), classification="slab").air == -3.0
     assert attenuation_of(HOUNSFIELD) == (-1000, 1 / 1000)

@@ -111,7 +111,7 @@ def test_opaque_matter_is_not_looked_behind(renderers: list[Renderer], classific
 
 def test_thin_matter_is_seen_to_its_end(renderers: list[Renderer]) -> None:
     volume = smooth_volume(20)
-    scene = Scene(volume, FOG, Camera.framing(volume))
+    scene = Scene(volume, FOG, Camera.framing(volume), classification="slab")
     truth = renderers[0].render(scene, SIZE, early_termination=0)
     picture = renderers[0].render(scene, SIZE, early_termination=0.01)
     np.testing.assert_array_equal(picture, truth)
@@ -131,6 +131,6 @@ def test_a_wanted_error_gives_a_share_of_itself(renderers: list[Renderer], max_e
 
 @pytest.mark.parametrize("fraction", [-1e-9, 1.0, 2.0, np.inf, -np.inf, np.nan])
 def test_what_is_no_transmittance_is_refused(renderers: list[Renderer], fraction: float) -> None:
-    scene = Scene(Volume(np.ones((2, 2, 2))), FOG)
+    scene = Scene(Volume(np.ones((2, 2, 2))), FOG, classification="slab")
     with pytest.raises(InputError, match="early termination must be a transmittance from 0 to below 1"):
         renderers[0].render(scene, SIZE, early_termination=fraction)

@@ -220,7 +220,7 @@ def test_an_invisible_volume_draws_nothing(classification: Classification, memor
 
 def test_cells_without_a_skip_are_not_made(renderer: Renderer) -> None:
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
-        renderer.render(Scene(sparse_volume(3), BONE), SIZE, skip_empty=False)
+        renderer.render(Scene(sparse_volume(3), BONE, classification="slab"), SIZE, skip_empty=False)
     stats = quick_stats(renderer)
     assert stats["cells_total"] == stats["cells_drawn"] == 0
 
@@ -248,7 +248,7 @@ MISTAKES = {
 @pytest.mark.parametrize("mistake", MISTAKES)
 def test_a_leap_too_far_shows(mistake: str) -> None:
     volume = sparse_volume(1)
-    scene = Scene(volume, BONE, Camera.framing(volume))
+    scene = Scene(volume, BONE, Camera.framing(volume), classification="slab")
     name, wrong = MISTAKES[mistake]
     wronged = type("Wronged", (Cells,), {name: wrong})
     planted = patch("texvol.opengl.empty_space.Cells", wronged)

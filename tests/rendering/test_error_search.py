@@ -25,7 +25,7 @@ SIZE = (256, 192)
 z, y, x = np.mgrid[tuple(slice(-1, 1, 32j) for _ in range(3))]
 VOLUME = Volume(np.exp(-3 * (x**2 + y**2 + z**2)).astype(np.float32))
 FOG = TransferFunction([0.2, 1.0], [(0.9, 0.4, 0.1), (0.2, 0.5, 0.9)], [0.0, 0.3])
-SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME, aspect=4 / 3))
+SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME, aspect=4 / 3), classification="slab")
 
 
 class Counting(Renderer):

@@ -85,7 +85,9 @@ def test_values_and_surfaces_are_exact_beside_a_far_sample(
     renderer: Renderer, mode: str, kind: type, far: float
 ) -> None:
     volume, high = with_far_sample(kind, far)
-    scene = Scene(volume, camera=VIEW, mode=mode, isovalue=0.5 * high if mode == "isosurface" else None)
+    scene = Scene(
+        volume, camera=VIEW, mode=mode, isovalue=0.5 * high if mode == "isosurface" else None, classification="slab"
+    )
     picture, truth = renderer.render(scene, SIZE).astype(np.float64), raycast(scene, SIZE)
     held = np.abs(truth) < np.finfo(np.float32).max
     error = np.where(held, np.abs(picture - truth), np.where(np.isinf(picture), 0, np.inf))
@@ -107,9 +109,12 @@ def test_values_and_surfaces_are_exact_beside_a_far_sample(
 def test_rays_beside_a_far_sample_are_summed_as_without_it(renderer: Renderer, mode: str) -> None:
     volume, _ = with_far_sample(np.float64, 1e8)
     plain = Volume(wave())
-    pictures = [renderer.render(Scene(each, camera=VIEW, mode=mode), SIZE, sampling_rate=4) for each in (volume, plain)]
-    truth = raycast(Scene(volume, camera=VIEW, mode=mode), SIZE)
-    without = raycast(Scene(plain, camera=VIEW, mode=mode), SIZE)
+    pictures = [
+        renderer.render(Scene(each, camera=VIEW, mode=mode, classification="slab"), SIZE, sampling_rate=4)
+        for each in (volume, plain)
+    ]
+    truth = raycast(Scene(volume, camera=VIEW, mode=mode, classification="slab"), SIZE)
+    without = raycast(Scene(plain, camera=VIEW, mode=mode, classification="slab"), SIZE)
     beside = np.abs(truth - without).max(axis=2) == 0
     assert 0.5 < beside.mean() < 1
     np.testing.assert_allclose(pictures[0][beside], pictures[1][beside], rtol=0, atol=4e-6 * without.max())
@@ -118,7 +123,9 @@ def test_rays_beside_a_far_sample_are_summed_as_without_it(renderer: Renderer, m
 def test_a_hot_pixel_makes_no_surface_of_what_lies_above_the_isovalue(renderer: Renderer) -> None:
     values = np.full((12, 12, 12), 0.7)
     values[5, 6, 7] = 1e7
-    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="isosurface", isovalue=0.5)
+    scene = Scene(
+        Volume(values), camera=Camera.framing(Volume(values)), mode="isosurface", isovalue=0.5, classification="slab"
+    )
     assert not renderer.render(scene, SIZE)[..., 3].any()
     assert not raycast(scene, SIZE)[..., 3].any()
 
@@ -247,7 +254,7 @@ def test_opaque_steps_and_denormal_values_are_found_beside_far_ones(
 def test_pictures_of_numbers_hold_far_values_beside_denormal_ones(renderer: Renderer, mode: str) -> None:
     values = 1e-40 * wave()
     values[:5] = 9.97e36
-    scene = Scene(Volume(values), camera=VIEW, mode=mode)
+    scene = Scene(Volume(values), camera=VIEW, mode=mode, classification="slab")
     picture, truth = renderer.render(scene, SIZE, sampling_rate=8), raycast(scene, SIZE)
     np.testing.assert_allclose(picture, truth, rtol=2e-2, atol=2e-3 * truth.max())
 
@@ -273,7 +280,7 @@ def test_a_maximum_between_far_and_ordinary_values_is_found(renderer: Renderer) 
     """Cells that all touch a far value: what rays find there is neither far nor ordinary."""
     values = np.random.default_rng(5).uniform(300, 301, (5, 10, 5)).astype(np.float32)
     values[::2] = -9700
-    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="mip")
+    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="mip", classification="slab")
     picture, truth = renderer.render(scene, SIZE), raycast(scene, SIZE)
     assert ((truth[..., 0] < 0) & (truth[..., 0] > -1000)).any()
     assert np.abs(picture - truth).max() <= 4e-6 * 9700
@@ -283,5 +290,7 @@ def test_a_maximum_between_far_and_ordinary_values_is_found(renderer: Renderer) 
 def test_a_surface_far_from_most_values_is_found(renderer: Renderer) -> None:
     values = 1e6 + np.random.default_rng(6).random((6, 3, 13))
     values[::2] = 3.6e5
-    scene = Scene(Volume(values), camera=Camera.framing(Volume(values)), mode="isosurface", isovalue=5e5)
+    scene = Scene(
+        Volume(values), camera=Camera.framing(Volume(values)), mode="isosurface", isovalue=5e5, classification="slab"
+    )
     assert np.abs(renderer.render(scene, SIZE) - raycast(scene, SIZE)).max() <= 2e-5

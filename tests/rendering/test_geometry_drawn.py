@@ -82,7 +82,9 @@ def test_an_eye_inside_sees_what_is_in_front_of_it(renderer: Renderer, projectio
     eye, forward, up = np.array(camera.eye), camera.forward, camera.upward
     floor = quad(eye - 0.15 * VOLUME.radius * up, 3 * VOLUME.radius * forward, 2 * VOLUME.radius * camera.right)
     quads = [floor, *crossing_quads(VOLUME), quad(eye - 0.1 * forward, 5 * up, 5 * camera.right, (1, 0, 0), 0.9)]
-    scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=tuple(each.mesh() for each in quads))
+    scene = Scene(
+        VOLUME, constant(0.2, COLOR), camera, geometry=tuple(each.mesh() for each in quads), classification="slab"
+    )
     exact = quads_in_fog(VOLUME, camera, SIZE, quads, COLOR, 0.2)
     assert np.abs(renderer.render(scene, SIZE) - exact).max() < ROUNDING
     assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-12
@@ -111,7 +113,7 @@ def test_a_faceted_ball_in_fog(renderer: Renderer, opacity: float, projection: s
     surfaces = [(np.where(met, at, np.inf), look) for at in (enters, leaves)]
     exact = fog_between(COLOR, 0.2, box_ends(VOLUME, eyes, directions), surfaces)
     mesh = Mesh(c + radius * vertices, triangles, look[:3], opacity, lit=False)
-    scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=(mesh,))
+    scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=(mesh,), classification="slab")
     assert 0.1 < met.mean() < 0.6
     assert np.abs(renderer.render(scene, SIZE) - exact).max() < ROUNDING
     assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-12
@@ -140,7 +142,9 @@ def test_a_fine_ball_is_a_sphere(renderer: Renderer) -> None:
     look = np.concatenate([np.array([0.1, 0.5, 0.8]) * shade + shine, np.ones((*cosine.shape, 1))], axis=-1)
     exact = fog_between(COLOR, tau, box_ends(volume, eyes, directions), [(at, look)])
     mesh = Mesh(c + radius * vertices, triangles, (0.1, 0.5, 0.8), normals=vertices)
-    picture = renderer.render(Scene(volume, constant(tau, COLOR), camera, geometry=(mesh,)), SIZE)
+    picture = renderer.render(
+        Scene(volume, constant(tau, COLOR), camera, geometry=(mesh,), classification="slab"), SIZE
+    )
     step = (np.pi / rings) ** 2 / 4 / least_cosine
     bound = step * (tau * radius + lighting.diffuse + lighting.shininess * lighting.specular) + ROUNDING
     inner = (cosine > least_cosine) | (square < -0.01 * radius**2)
@@ -152,7 +156,13 @@ def test_a_fine_ball_is_a_sphere(renderer: Renderer) -> None:
 def test_worlds_of_any_size(renderer: Renderer, scale: float) -> None:
     volume = Volume(VOLUME.values, scale * VOLUME.spacing, origin=(9 * scale,) * 3)
     quads, camera = crossing_quads(volume), view(volume, "perspective")
-    scene = Scene(volume, constant(0.2 / scale, COLOR), camera, geometry=tuple(each.mesh() for each in quads))
+    scene = Scene(
+        volume,
+        constant(0.2 / scale, COLOR),
+        camera,
+        geometry=tuple(each.mesh() for each in quads),
+        classification="slab",
+    )
     exact = quads_in_fog(volume, camera, SIZE, quads, COLOR, 0.2 / scale)
     assert np.abs(renderer.render(scene, SIZE) - exact).max() < ROUNDING
     assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-12
@@ -165,7 +175,9 @@ def test_thirty_nested_quads(renderer: Renderer) -> None:
         for z in np.random.default_rng(3).permutation(np.linspace(-0.5, 0.5, 30))
     ]
     camera = view(VOLUME, "perspective")
-    scene = Scene(VOLUME, constant(0.1, COLOR), camera, geometry=tuple(each.mesh() for each in quads))
+    scene = Scene(
+        VOLUME, constant(0.1, COLOR), camera, geometry=tuple(each.mesh() for each in quads), classification="slab"
+    )
     exact = quads_in_fog(VOLUME, camera, SIZE, quads, COLOR, 0.1)
     assert np.abs(renderer.render(scene, SIZE) - exact).max() < ROUNDING
     assert np.abs(raycast(scene, SIZE) - exact).max() < 1e-12
@@ -179,7 +191,9 @@ def test_of_surfaces_at_one_place_the_scenes_first_is_in_front(renderer: Rendere
     green = Quad(red.corner - 0.3 * red.along, 1.7 * red.along, 1.3 * red.across + 0.2 * red.along, (0, 1, 0), opacity)
     camera = view(VOLUME, "perspective")
     for quads in ([red, green], [green, red]):
-        scene = Scene(VOLUME, constant(0.2, COLOR), camera, geometry=tuple(each.mesh() for each in quads))
+        scene = Scene(
+            VOLUME, constant(0.2, COLOR), camera, geometry=tuple(each.mesh() for each in quads), classification="slab"
+        )
         eyes, directions = camera.rays(SIZE)
         ends = box_ends(VOLUME, eyes, directions)
         # Both are met at the first one's place, by a stable order.
@@ -205,7 +219,7 @@ def test_no_ray_slips_through_between_triangles_or_meets_two(renderer: Renderer,
     corners = [(0, cells + 1, 1), (1, cells + 1, cells + 2)]
     triangles = np.concatenate([first[:, np.newaxis] + np.array(each) for each in corners])
     mesh = Mesh(vertices, triangles, (1, 1, 1), 0.5, lit=False)
-    scene = Scene(VOLUME, constant(0.0), view(VOLUME, projection), geometry=(mesh,))
+    scene = Scene(VOLUME, constant(0.0), view(VOLUME, projection), geometry=(mesh,), classification="slab")
     np.testing.assert_allclose(renderer.render(scene, SIZE), 0.5, atol=1e-7)
     np.testing.assert_allclose(raycast(scene, SIZE), 0.5, atol=1e-12)
 
@@ -220,7 +234,7 @@ def test_an_edge_through_middles_of_pixels_belongs_to_one_triangle(renderer: Ren
     for corners in ([(0, 17, 18), (0, 18, 1)], [(0, 17, 1), (17, 18, 1)], [(18, 0, 17), (1, 0, 18)]):
         triangles = np.concatenate([first[:, np.newaxis] + np.array(each) for each in corners])
         mesh = Mesh(vertices, triangles, (1, 1, 1), 0.5, lit=False)
-        scene = Scene(Volume(np.zeros((4, 4, 4))), constant(0.0), camera, geometry=(mesh,))
+        scene = Scene(Volume(np.zeros((4, 4, 4))), constant(0.0), camera, geometry=(mesh,), classification="slab")
         for picture in (renderer.render(scene, (14, 14)), raycast(scene, (14, 14))):
             np.testing.assert_allclose(picture[1:-1, 1:-1], 0.5, atol=1e-7)
 
@@ -295,7 +309,14 @@ def test_light_on_surfaces_is_that_of_the_oracle(renderer: Renderer, name: str, 
         Mesh(position, triangles, (0.8, 0.5, 0.3), 0.5, normals),
         Mesh(volume.centre + 0.3 * volume.radius * vertices, triangles, (0.2, 0.4, 0.9), lit=False),
     )
-    scene = Scene(volume, constant(0.1, COLOR), view(volume, projection), geometry=geometry, lighting=LIGHTS[name])
+    scene = Scene(
+        volume,
+        constant(0.1, COLOR),
+        view(volume, projection),
+        geometry=geometry,
+        lighting=LIGHTS[name],
+        classification="slab",
+    )
     scene = replace(scene, classification="post", depth_cue=None)
     picture, truth = renderer.render(scene, SIZE), raycast(scene, SIZE)
     # Shadows in the matter are those of parts about as thick as a slab.
@@ -313,7 +334,7 @@ def test_either_side_of_a_surface_is_lit(renderer: Renderer) -> None:
     for lamp, brightness in ((-1.0, 1.0), (1.0, 0.3)):
         lighting = Lighting((Light("directional", (0, 0, lamp)),), specular=0.0, two_sided=False)
         for mesh in (wall, turned, replace(wall, normals=np.tile((0, 0, 1.0), (4, 1)))):
-            scene = Scene(volume, constant(0.0), camera, lighting=lighting, geometry=(mesh,))
+            scene = Scene(volume, constant(0.0), camera, lighting=lighting, geometry=(mesh,), classification="slab")
             expected = np.broadcast_to((brightness, brightness / 2, 0, 1), (4, 4, 4))
             for picture in (renderer.render(scene, (4, 4)), raycast(scene, (4, 4))):
                 np.testing.assert_allclose(picture, expected, atol=1e-6)
@@ -325,7 +346,7 @@ def test_a_depth_cue_is_that_of_the_place(renderer: Renderer) -> None:
     camera = Camera.orthographic((3.5, 3.5, -20), (3.5, 3.5, 0), (0, 1, 0), height=8)
     cue = DepthCue(0.9, (0.1, 0.2, 0.3), near=10, far=40)
     wall = quad((3.5, 3.5, 0.0), (9, 0, 0), (0, 9, 0), (1, 0.5, 0), 0.6)
-    scene = Scene(volume, constant(0.0), camera, depth_cue=cue, geometry=(wall.mesh(),))
+    scene = Scene(volume, constant(0.0), camera, depth_cue=cue, geometry=(wall.mesh(),), classification="slab")
     fraction = 0.9 / 3
     expected = 0.6 * np.append((1 - fraction) * np.array([1, 0.5, 0]) + fraction * np.array([0.1, 0.2, 0.3]), 1)
     for picture in (renderer.render(scene, (9, 9)), raycast(scene, (9, 9))):
@@ -338,6 +359,6 @@ def test_surfaces_brighter_than_white_are_drawn_into_any_target(renderer: Render
     volume = Volume(np.zeros((8, 8, 8)))
     camera = Camera.orthographic((3.5, 3.5, -20), (3.5, 3.5, 0), (0, 1, 0), height=8)
     wall = quad((3.5, 3.5, 0.0), (9, 0, 0), (0, 9, 0), (1, 1, 1), 1.0)
-    scene = Scene(volume, constant(0.0), camera, geometry=(wall.mesh(lit=True),))
+    scene = Scene(volume, constant(0.0), camera, geometry=(wall.mesh(lit=True),), classification="slab")
     picture = renderer.render(scene, (4, 4), target_format=target)
     np.testing.assert_allclose(picture[..., :3], 1.2, atol={"rgba8": 1 / 255, "rgba16f": 1e-3, "rgba32f": 1e-6}[target])

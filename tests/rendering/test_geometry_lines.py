@@ -35,7 +35,7 @@ def test_a_pixel_belongs_to_a_line_within_half_its_width(renderer: Renderer, wid
     """A capsule: an oblique line with round ends, in the plane of the world that the picture shows."""
     a, b = np.array([-7.3, -3.1]), np.array([6.2, 4.4])
     lines = Lines([(*a, 0.0), (*b, 5.0)], [(0, 1)], (1, 0.5, 0.2), 0.6, width)
-    truth = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,)))
+    truth = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,), classification="slab"))
     x, y = middles()
     fraction = np.clip(((x - a[0]) * (b - a)[0] + (y - a[1]) * (b - a)[1]) / ((b - a) @ (b - a)), 0, 1)
     away = np.hypot(x - a[0] - fraction * (b - a)[0], y - a[1] - fraction * (b - a)[1])
@@ -51,14 +51,14 @@ def test_a_line_between_two_rows_of_pixels_covers_one(renderer: Renderer, flippe
     if upright:
         ends = ends[:, [1, 0, 2]]
     lines = Lines(ends, [(1, 0)] if flipped else [(0, 1)], (1, 1, 1), 1.0, 1.0)
-    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,)))[..., 3]
+    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,), classification="slab"))[..., 3]
     covered = np.argwhere(picture > 0)
     assert len(covered) == 12
     assert set(covered[:, 1 if upright else 0]) == {11 if upright else 7} or len(set(covered[:, int(upright)])) == 1
     # The row is the same either way.
     other = Lines(ends, [(0, 1)], (1, 1, 1), 1.0, 1.0)
     np.testing.assert_array_equal(
-        picture, raycast(Scene(NOTHING, constant(0.0), FACING, geometry=(other,)), SIZE)[..., 3]
+        picture, raycast(Scene(NOTHING, constant(0.0), FACING, geometry=(other,), classification="slab"), SIZE)[..., 3]
     )
 
 
@@ -76,7 +76,7 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
     ends = c + r * np.array(ends)
     size, width = (36, 32), 3.0
     lines = Lines(ends, [(0, 1)], (0.1, 0.9, 0.4), 0.7, width)
-    scene = Scene(BOX, constant(0.2), camera, geometry=(lines,))
+    scene = Scene(BOX, constant(0.2), camera, geometry=(lines,), classification="slab")
     picture = renderer.render(scene, size)
     eyes, directions = camera.rays(size)
     positions = ends[0] + np.linspace(0, 1, 20001)[:, np.newaxis] * (ends[1] - ends[0])
@@ -101,11 +101,11 @@ def test_a_line_in_fog_is_where_the_ray_comes_nearest_to_it(renderer: Renderer, 
 def test_translucent_joints_and_crossings_are_no_darker(renderer: Renderer) -> None:
     points = np.array([(-8, -5, 0), (0, 5, 1), (8, -5, 2), (-8, 2, 3), (8, 2, -3)], float)
     lines = Lines(points, [(0, 1, 2), (3, 4)], (1, 1, 1), 0.5, 3.0)
-    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,)))
+    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=(lines,), classification="slab"))
     assert set(np.round(np.unique(picture[..., 3]), 9)) == {0.0, 0.5}
     # Two of them count each for itself.
     apart = (Lines(points, [(0, 1, 2)], (1, 1, 1), 0.5, 3.0), Lines(points, [(3, 4)], (1, 1, 1), 0.5, 3.0))
-    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=apart))
+    picture = both(renderer, Scene(NOTHING, constant(0.0), FACING, geometry=apart, classification="slab"))
     assert set(np.round(np.unique(picture[..., 3]), 9)) == {0.0, 0.5, 0.75}
 
 
@@ -119,17 +119,19 @@ def test_lines_past_the_eye(renderer: Renderer, projection: str) -> None:
     points += [eye - r * forward + 0.1 * right, eye + r * forward + 0.1 * right, eye + 0.3 * r * forward]
     segments = [*zip(range(0, 40, 2), range(1, 40, 2), strict=True), (40, 41), (42, 42)]
     lines = Lines(points, segments, (0.2, 0.9, 0.8), 0.6, 2.5)
-    picture = both(renderer, Scene(BOX, constant(0.1), camera, geometry=(lines,)), (72, 64))
-    bare = raycast(Scene(BOX, constant(0.1), camera), (72, 64))
+    picture = both(renderer, Scene(BOX, constant(0.1), camera, geometry=(lines,), classification="slab"), (72, 64))
+    bare = raycast(Scene(BOX, constant(0.1), camera, classification="slab"), (72, 64))
     assert 0.05 < (np.abs(picture - bare).max(axis=-1) > 0.01).mean() < 0.9
     behind = Lines(points[:1] + [eye - r * forward, eye - 2 * r * forward + r * up], [(1, 2)], width=9.0)
-    np.testing.assert_array_equal(raycast(Scene(BOX, constant(0.1), camera, geometry=(behind,)), (72, 64)), bare)
+    np.testing.assert_array_equal(
+        raycast(Scene(BOX, constant(0.1), camera, geometry=(behind,), classification="slab"), (72, 64)), bare
+    )
 
 
 def test_more_translucent_lines_than_a_place_remembers_are_refused(renderer: Renderer) -> None:
     def scene(count: int, opacity: float) -> Scene:
         made = tuple(Lines([(-8, y, 0), (8, y, 0)], [(0, 1)], opacity=opacity) for y in np.linspace(-6, 6, count))
-        return Scene(NOTHING, constant(0.0), FACING, geometry=made)
+        return Scene(NOTHING, constant(0.0), FACING, geometry=made, classification="slab")
 
     both(renderer, scene(24, 0.5))
     both(renderer, scene(40, 1.0))

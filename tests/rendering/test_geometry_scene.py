@@ -63,7 +63,12 @@ def test_what_cuts_matter_cuts_geometry_unless_it_is_not_to(renderer: Renderer, 
             surfaces.append((cap, (*COLOR, 1.0)))
         exact = fog_between(COLOR, 0.3, ends, surfaces)
         scene = Scene(
-            VOLUME, constant(0.3, COLOR), CAMERA, geometry=[each.mesh(cut=is_cut) for each in walls()], caps=caps
+            VOLUME,
+            constant(0.3, COLOR),
+            CAMERA,
+            geometry=[each.mesh(cut=is_cut) for each in walls()],
+            caps=caps,
+            classification="slab",
         )
         scene = replace(scene, **cutting)
         assert np.abs(renderer.render(scene, SIZE) - exact).max() < 2e-6
@@ -80,7 +85,15 @@ def test_no_cap_lies_behind_a_surface(renderer: Renderer) -> None:
     volume = Volume(values, VOLUME.spacing)
     transfer = TransferFunction(np.array([0.5, 0.5]), np.array([COLOR] * 2), np.array([0.0, 0.3]))
     pane = quad(volume.centre + (0, 3.0, 0), (9, 0, 0), (0, 0.5, 9), opacity=0.4)
-    scene = Scene(volume, transfer, CAMERA, geometry=(pane.mesh(),), clip=(ClipPlane((0, 1, 0), 3.0),), caps=True)
+    scene = Scene(
+        volume,
+        transfer,
+        CAMERA,
+        geometry=(pane.mesh(),),
+        clip=(ClipPlane((0, 1, 0), 3.0),),
+        caps=True,
+        classification="slab",
+    )
     for classification in ("post", "integrated"):
         scene = replace(scene, classification=classification)
         truth = raycast(scene, SIZE)
@@ -93,7 +106,14 @@ def test_lines_are_cut_where_they_are(renderer: Renderer) -> None:
     c, r = VOLUME.centre, VOLUME.radius
     points = c + r * np.random.default_rng(8).uniform(-1, 1, (12, 3))
     lines = Lines(points, [range(12)], (1, 1, 1), 0.5, 4.0)
-    scene = Scene(VOLUME, constant(0.1, COLOR), CAMERA, geometry=(lines,), clip=(ClipPlane((1, 0.2, 0), float(c[0])),))
+    scene = Scene(
+        VOLUME,
+        constant(0.1, COLOR),
+        CAMERA,
+        geometry=(lines,),
+        clip=(ClipPlane((1, 0.2, 0), float(c[0])),),
+        classification="slab",
+    )
     assert np.abs(renderer.render(scene, SIZE) - raycast(scene, SIZE)).max() < 2e-6
     uncut = raycast(replace(scene, geometry=(replace(lines, cut=False),)), SIZE)
     assert (np.abs(uncut - raycast(scene, SIZE)).max(axis=-1) > 0.1).mean() > 0.02
@@ -109,7 +129,9 @@ def test_an_isosurface_stands_among_geometry(renderer: Renderer, lighting: Light
         quad(c, (0.6 * r, 0, 0.1 * r), (0, 0.1 * r, 0.6 * r), (0.1, 0.9, 0.2), 0.5),
         quad(c, (0, 0.6 * r, 0.1 * r), (0.1 * r, 0, 0.5 * r), (0.2, 0.3, 1), 1.0),
     ]
-    scene = Scene(volume, BONE, camera, (0.2, 0.1, 0.4), mode="isosurface", isovalue=0.6, lighting=lighting)
+    scene = Scene(
+        volume, BONE, camera, (0.2, 0.1, 0.4), mode="isosurface", isovalue=0.6, lighting=lighting, classification="slab"
+    )
     bare = raycast(scene, SIZE)
     scene = replace(scene, geometry=tuple(each.mesh() for each in quads))
     picture, truth = renderer.render(scene, SIZE, sampling_rate=4), raycast(scene, SIZE)
@@ -139,20 +161,26 @@ def test_an_isosurface_stands_among_geometry(renderer: Renderer, lighting: Light
 @pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
 def test_pictures_of_numbers_have_no_place_for_geometry(mode: Any) -> None:
     with pytest.raises(InputError, match=f"geometry .* {mode}"):
-        Scene(VOLUME, mode=mode, geometry=(walls()[0].mesh(),))
+        Scene(VOLUME, mode=mode, geometry=(walls()[0].mesh(),), classification="slab")
 
 
 @pytest.mark.parametrize("wrong", [[1], "mesh", [(0, 1, 2)], 3])
 def test_other_things_are_no_geometry(wrong: Any) -> None:
     with pytest.raises(InputError, match="each of geometry must be a Mesh or Lines, got "):
-        Scene(VOLUME, geometry=wrong)
+        Scene(VOLUME, geometry=wrong, classification="slab")
 
 
 def test_a_single_mesh_is_geometry_too() -> None:
     mesh = walls()[0].mesh()
-    assert Scene(VOLUME, geometry=mesh).geometry == (mesh,)  # type: ignore[arg-type]
-    assert Scene(VOLUME, geometry=[mesh]) == Scene(VOLUME, geometry=(mesh,)) != Scene(VOLUME)
-    assert Scene(VOLUME, geometry=(replace(mesh),)) != Scene(VOLUME, geometry=(mesh,)), "another object is another"
+    assert Scene(VOLUME, geometry=mesh, classification="slab").geometry == (mesh,)  # type: ignore[arg-type]
+    assert (
+        Scene(VOLUME, geometry=[mesh], classification="slab")
+        == Scene(VOLUME, geometry=(mesh,), classification="slab")
+        != Scene(VOLUME, classification="slab")
+    )
+    assert Scene(VOLUME, geometry=(replace(mesh),), classification="slab") != Scene(
+        VOLUME, geometry=(mesh,), classification="slab"
+    ), "another object is another"
     assert hash(mesh) == hash(mesh) != hash(replace(mesh))
 
 
@@ -160,7 +188,7 @@ def test_a_picture_without_volume_in_it_still_has_its_geometry(renderer: Rendere
     """Matter that shows nothing: no brick is drawn, and the surface is."""
     wall = walls()[1]
     eyes, directions = CAMERA.rays(SIZE)
-    scene = Scene(VOLUME, constant(0.0), CAMERA, geometry=(wall.mesh(),))
+    scene = Scene(VOLUME, constant(0.0), CAMERA, geometry=(wall.mesh(),), classification="slab")
     expected = np.where(np.isfinite(hits_of(wall, eyes, directions))[..., np.newaxis], (*wall.color, 1.0), 0.0)
     np.testing.assert_allclose(renderer.render(scene, SIZE), expected, atol=1e-7)
     assert quick_stats(renderer)["bricks_drawn"] == 0
@@ -170,7 +198,7 @@ def test_a_picture_without_volume_in_it_still_has_its_geometry(renderer: Rendere
 
 def test_a_renderer_goes_from_one_scene_to_another(renderer: Renderer) -> None:
     """Other shapes, sizes and cameras; no geometry in between leaves the picture as it was."""
-    scene = Scene(VOLUME, constant(0.2, COLOR), CAMERA)
+    scene = Scene(VOLUME, constant(0.2, COLOR), CAMERA, classification="slab")
     plain = renderer.render(scene, SIZE)
     one = replace(scene, geometry=(walls()[0].mesh(),))
     two = replace(scene, geometry=(walls()[1].mesh(), Lines(VOLUME.corners_from_centre, [range(8)])))
@@ -182,7 +210,7 @@ def test_a_renderer_goes_from_one_scene_to_another(renderer: Renderer) -> None:
 
 def test_stats_count_what_is_sampled_in_front_of_surfaces(renderer: Renderer) -> None:
     c, r = VOLUME.centre, VOLUME.radius
-    scene = Scene(VOLUME, constant(1e-3, COLOR), CAMERA)
+    scene = Scene(VOLUME, constant(1e-3, COLOR), CAMERA, classification="slab")
     renderer.render(scene, SIZE)
     whole = quick_stats(renderer, samples=True)["samples"]
     toward = (np.array(CAMERA.eye) - c) / np.linalg.norm(np.array(CAMERA.eye) - c)
@@ -211,7 +239,7 @@ MODELLED = {
 @pytest.mark.parametrize("name", MODELLED)
 def test_what_is_modelled_is_said_and_no_more(name: str) -> None:
     geometry, expected = MODELLED[name]
-    scene = Scene(VOLUME, constant(0.2), CAMERA, geometry=geometry)
+    scene = Scene(VOLUME, constant(0.2), CAMERA, geometry=geometry, classification="slab")
     assert sorted(modelled(scene.completed((8, 8)))) == sorted(["perspective", *expected])
     lit = replace(scene, lighting=Lighting())
     assert "head light on geometry" not in modelled(lit.completed((8, 8)))
@@ -252,7 +280,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
 
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:
     with Renderer() as fresh:
-        fresh.render(Scene(VOLUME, constant(0.2), CAMERA, geometry=(walls()[0].mesh(),)), SIZE)
+        fresh.render(Scene(VOLUME, constant(0.2), CAMERA, geometry=(walls()[0].mesh(),), classification="slab"), SIZE)
         surfaces = fresh._cache._surfaces
         assert surfaces is not None
         [switches] = [dict(key[1:]) for key in surfaces._programs.kept if key[0] == "surface"]
@@ -298,12 +326,24 @@ def test_drivers_without_double_precision_draw_it_too(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr("texvol.opengl.shaders.load_program", load)
     lines = Lines(VOLUME.corners_from_centre + VOLUME.centre, [range(8)], opacity=0.5, width=3)
-    scene = Scene(VOLUME, constant(0.4, COLOR), CAMERA, geometry=(*(each.mesh(lit=True) for each in walls()), lines))
+    scene = Scene(
+        VOLUME,
+        constant(0.4, COLOR),
+        CAMERA,
+        geometry=(*(each.mesh(lit=True) for each in walls()), lines),
+        classification="slab",
+    )
     with Renderer() as opened:
         assert np.abs(opened.render(scene, SIZE) - raycast(scene, SIZE)).max() < 5 * 8 * 2.0**-23
 
 
 def test_the_other_back_end_draws_the_same(backend: str) -> None:
-    scene = Scene(VOLUME, constant(0.2, COLOR), CAMERA, geometry=tuple(each.mesh(lit=True) for each in walls()))
+    scene = Scene(
+        VOLUME,
+        constant(0.2, COLOR),
+        CAMERA,
+        geometry=tuple(each.mesh(lit=True) for each in walls()),
+        classification="slab",
+    )
     with Renderer(backend) as opened:
         assert np.abs(opened.render(scene, SIZE) - raycast(scene, SIZE)).max() < 2e-6

@@ -49,7 +49,7 @@ def kind_of(numbers: np.ndarray) -> np.ndarray:
 )
 def test_numbers_are_infinite_where_the_oracle_has_them_so(renderer, mode, kinds, dtype, largest):
     volume = with_blocks(dtype, largest, kinds)
-    scene = Scene(volume, camera=Camera.framing(volume, "perspective", fov=50), mode=mode)
+    scene = Scene(volume, camera=Camera.framing(volume, "perspective", fov=50), mode=mode, classification="slab")
     with np.errstate(over="ignore", invalid="ignore"):
         expected = project(scene, SIZE)[..., 0].astype(np.float32)  # which may hold fewer finite numbers
     picture = renderer.render(scene, SIZE, sampling_rate=8)[..., 0]
@@ -87,7 +87,7 @@ def test_a_ray_along_samples_beside_both_infinities_meets_the_nearer_ones_only(r
     volume = Volume(values)
     camera = Camera.orthographic(volume.centre - (0, 0, 20), volume.centre, (0, 1, 0), 9)
     for mode in ("xray", "average"):
-        scene = Scene(volume, camera=camera, mode=mode)
+        scene = Scene(volume, camera=camera, mode=mode, classification="slab")
         picture, expected = (each[..., 0] for each in (renderer.render(scene, (9, 9)), project(scene, (9, 9))))
         np.testing.assert_array_equal(kind_of(picture), kind_of(expected))
         assert {-1, 0, 1} == set(kind_of(picture).ravel().tolist())
@@ -95,5 +95,5 @@ def test_a_ray_along_samples_beside_both_infinities_meets_the_nearer_ones_only(r
 
 def test_half_precision_without_infinities_stays_half(renderer):
     volume = Volume(np.linspace(0, 65504, 125).astype(np.float16).reshape(5, 5, 5))
-    renderer.render(Scene(volume, mode="xray"), (8, 8))
+    renderer.render(Scene(volume, mode="xray", classification="slab"), (8, 8))
     assert quick_stats(renderer)["texture_format"] == "r16f"

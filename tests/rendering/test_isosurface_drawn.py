@@ -52,7 +52,7 @@ def test_a_wall_behind_specks_is_met_beside_them(renderer, samples, speck):
     values[:, :, -3:] = 1
     volume = Volume(values)
     camera = Camera.orthographic(volume.centre - (100, 0, 0), volume.centre, (0, 0, 1), height=30.0)
-    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=0.5)
+    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=0.5, classification="slab")
     for rate in (1.5, 2):
         leaping, plain = (
             renderer.render(scene, (60, 60), sampling_rate=rate, skip_empty=skip) for skip in (True, False)
@@ -67,7 +67,7 @@ def test_a_sheet_thinner_than_a_slab_is_met(renderer):
     values[4] = 1
     volume = Volume(values)
     camera = Camera.orthographic(volume.centre - (1, 2, 40), volume.centre, (0, 1, 0), 6)
-    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=0.9)
+    scene = Scene(volume, camera=camera, mode="isosurface", isovalue=0.9, classification="slab")
     eyes, directions = camera.rays(SIZE)
     expected = (3.9 - eyes[..., 2]) / directions[..., 2]
     for rate in (0.2, 0.7, 1, 5):
@@ -89,7 +89,9 @@ def test_values_exactly_at_the_isovalue_are_met(renderer, projection, dtype):
     values[3:8, 2:9, 4:10] = 77
     volume = Volume(values, **GRIDS["sheared"])
     for isovalue in (77, 0):
-        scene = Scene(volume, camera=CAMERAS[projection](volume), mode="isosurface", isovalue=isovalue)
+        scene = Scene(
+            volume, camera=CAMERAS[projection](volume), mode="isosurface", isovalue=isovalue, classification="slab"
+        )
         expected = isosurface_depth(scene, (51, 43))
         for skip in (True, False):
             picture = renderer.render(scene, (51, 43), skip_empty=skip)
@@ -105,7 +107,7 @@ def test_values_exactly_at_the_isovalue_are_met(renderer, projection, dtype):
 def test_a_volume_of_the_isovalue_is_its_box(renderer):
     volume = Volume(np.full((4, 5, 6), -3, np.int16))
     for view in CAMERAS:
-        scene = Scene(volume, camera=CAMERAS[view](volume), mode="isosurface", isovalue=-3)
+        scene = Scene(volume, camera=CAMERAS[view](volume), mode="isosurface", isovalue=-3, classification="slab")
         renderer.render(scene, SIZE)
         same_depths(renderer.depth(), isosurface_depth(scene, SIZE), volume)
 
@@ -165,8 +167,7 @@ def test_it_is_lit_and_cued_as_the_oracle_does(renderer, light, projection, dtyp
     cue = DepthCue(0.8, (0.1, 0.2, 0.3)) if light in ("default", "coloured") else None
     scene = Scene(
         volume, transfer, CAMERAS[projection](volume), (0.2, 0.3, 0.1), lighting=LIGHTINGS[light],
-        gradient=Estimator("gaussian", 1.2), depth_cue=cue, mode="isosurface", isovalue=130,
-    )  # fmt: skip
+        gradient=Estimator("gaussian", 1.2), depth_cue=cue, mode="isosurface", isovalue=130)  # fmt: skip
     picture, expected = renderer.render(scene, SIZE), project(scene, SIZE)
     # Gradients in 16 bits have 2^-16 of the largest component, and a normal is as good where the gradient is that large
     # or a tenth of it; a highlight of exponent 30 makes 15 times as much of an angle.

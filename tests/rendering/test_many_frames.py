@@ -80,9 +80,9 @@ def test_programs_are_kept_and_not_too_many_of_them() -> None:
     with Renderer() as renderer, few, loading as load:
         for planes in range(most + 2):
             clip = tuple(ClipPlane((1, 0, 0), -float(d)) for d in range(planes))
-            renderer.render(Scene(volume, FOG, clip=clip), (8, 8))
-            renderer.render(Scene(volume, FOG), (8, 8))
+            renderer.render(Scene(volume, FOG, clip=clip, classification="slab"), (8, 8))
+            renderer.render(Scene(volume, FOG, classification="slab"), (8, 8))
         assert load.call_count == most + 2
         assert len(renderer._compositor._programs.kept) == most
-        renderer.render(Scene(volume, FOG, clip=(ClipPlane((1, 0, 0), 0.0),)), (8, 8))
+        renderer.render(Scene(volume, FOG, clip=(ClipPlane((1, 0, 0), 0.0),), classification="slab"), (8, 8))
         assert load.call_count == most + 3

@@ -35,7 +35,7 @@ GLOW = replace(BONE, colors=BONE.colors * 0.1, emissive=True)
 
 def seen(volume: Volume, medium: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
     eye = volume.centre + volume.radius * np.array([1.6, -2.0, 1.1])
-    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **more)
+    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **({"classification": "slab"} | more))
 
 
 MEDIUM: dict[str, tuple[TransferFunction, Lighting | None]] = {
@@ -192,7 +192,7 @@ def test_where_values_are_seen_hidden_samples_are_missing(renderer: Renderer, mo
 )
 def test_a_mask_that_is_none_is_refused(weights: NDArray, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        Scene(Volume(np.ones((3, 3, 3))), mask=Mask(weights))
+        Scene(Volume(np.ones((3, 3, 3))), mask=Mask(weights), classification="slab")
 
 
 def test_masks_come_out_of_volumes() -> None:
@@ -312,7 +312,7 @@ def test_colours_are_mixed_by_how_much_there_is_of_them(renderer: Renderer) -> N
 def test_labels_and_colours_are_of_matter(more: dict[str, Any]) -> None:
     volume = Volume(np.ones((3, 3, 3), np.uint8), **more)
     with pytest.raises(InputError, match="volumes of colours or labels need mode composite, got mode xray"):
-        Scene(volume, mode="xray")
+        Scene(volume, mode="xray", classification="slab")
 
 
 @pytest.mark.parametrize("mode", ["composite", "xray", "mip", "isosurface"])

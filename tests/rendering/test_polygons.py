@@ -118,13 +118,13 @@ def test_bricks_are_the_same(classification: Classification, megabytes: float, p
 def test_a_thousand_slabs_keep_their_digits(renderer: Renderer) -> None:
     """Blended one by one into the picture, 2000 slabs would round to 6e-6."""
     volume = smooth_volume(20)
-    scene = Scene(volume, constant(0.01), Camera.framing(volume))
+    scene = Scene(volume, constant(0.01), Camera.framing(volume), classification="slab")
     assert both(renderer, scene, sampling_rate=100) <= SAME
 
 
 def test_every_slab_is_drawn_once(renderer: Renderer) -> None:
     volume = random_volume(5)
-    scene = Scene(volume, constant(0.1), Camera.framing(volume, "perspective"))
+    scene = Scene(volume, constant(0.1), Camera.framing(volume, "perspective"), classification="slab")
     counts = []
     for slicing in ("stacks", "polygons"):
         renderer.render(scene, SIZE, early_termination=0, skip_empty=False, slicing=slicing)
@@ -250,7 +250,7 @@ def test_what_cannot_be_drawn_is_refused(renderer: Renderer, case: str) -> None:
     scene = Scene(random_volume(1), BONE, classification="slab")
     if changes.get("labels"):
         volume = Volume(np.arange(8, dtype=np.uint8).reshape(2, 2, 2), labels=True)
-        scene = Scene(volume, label_function(volume))
+        scene = Scene(volume, label_function(volume), classification="slab")
     elif changes.get("several"):
         added = (AddedVolume(random_volume(2), TransferFunction([0, 1], [(1, 1, 1)] * 2, [0, 1])),)
         scene = replace(scene, classification="extinction", added=added)

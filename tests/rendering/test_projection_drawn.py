@@ -136,7 +136,7 @@ def test_gaps_in_sums(renderer, mode):
         assert (np.isinf(picture) == np.isinf(expected)).mean() > 0.99 and np.isinf(picture).any()
     column = np.array([np.inf, 1, 2, 3, -np.inf], np.float32)[:, None, None]
     both = Volume(np.broadcast_to(column, (5, 3, 3)))
-    scene = Scene(both, camera=Camera.framing(both, eye=both.centre - (0, 0, 20)), mode=mode)
+    scene = Scene(both, camera=Camera.framing(both, eye=both.centre - (0, 0, 20)), mode=mode, classification="slab")
     assert np.isnan(renderer.render(scene, (1, 1))[0, 0, :3]).all() and np.isnan(project(scene, (1, 1))[0, 0, 0])
 
 
@@ -152,7 +152,9 @@ def test_rays_along_samples_take_nothing_from_gaps_beside_them(renderer, mode, m
             target=volume.centre - (0.3 * aside, aside, 0),
             up=(0, 1, 0),
         )
-        scene = Scene(volume, camera=replace(camera, height=float(volume.dimensions[1])), mode=mode)
+        scene = Scene(
+            volume, camera=replace(camera, height=float(volume.dimensions[1])), mode=mode, classification="slab"
+        )
         picture = renderer.render(scene, volume.dimensions[:2])[..., 0]
         longest = volume.dimensions[2] if mode == "xray" else 1
         there = picture[np.isfinite(picture)]
@@ -174,7 +176,7 @@ def test_a_constant_volume_is_its_chord(renderer, grid, view, mode):
     camera = CAMERAS[view](volume)
     path = path_lengths(volume, camera, SIZE)
     expected = 3 * path if mode == "xray" else np.where(path > 0, 3.0, 0.0)
-    picture = renderer.render(Scene(volume, camera=camera, mode=mode), SIZE)
+    picture = renderer.render(Scene(volume, camera=camera, mode=mode, classification="slab"), SIZE)
     np.testing.assert_array_equal(picture[..., 3], path > 0)
     # A dozen slabs, summed up in float32, their shares rounded once.
     np.testing.assert_allclose(picture[..., 0], expected, rtol=2e-6, atol=2e-6 * (path.max() if mode == "xray" else 1))
@@ -191,7 +193,9 @@ def test_an_xray_along_an_axis_is_a_central_slice_of_the_spectrum(renderer, axis
     volume = Volume(np.random.default_rng(2).random((samples,) * 3).astype(np.float32))
     eye, up = 3.0 * volume.radius * np.eye(3)[axis], np.eye(3)[(axis + 2) % 3]
     camera = Camera.orthographic(volume.centre - eye, volume.centre, up, samples)
-    picture = renderer.render(Scene(volume, camera=camera, mode="xray"), (samples, samples))[..., 0]
+    picture = renderer.render(Scene(volume, camera=camera, mode="xray", classification="slab"), (samples, samples))[
+        ..., 0
+    ]
     # Back into the volume's order: rows upwards along `up`, columns along what is right of it.
     right = int(np.abs(camera.right).argmax())
     order = picture[::-1, :: int(np.sign(camera.right[right]))]
@@ -221,7 +225,7 @@ def test_one_sample_along_an_axis(renderer, dimensions, mode):
 @pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
 def test_numbers_beyond_single_precision_are_infinite(renderer, mode):
     volume = Volume(1e60 * (1 + noise().values.astype(np.float64)))
-    numbers = renderer.render(Scene(volume, mode=mode), SIZE)[..., 0]
+    numbers = renderer.render(Scene(volume, mode=mode, classification="slab"), SIZE)[..., 0]
     assert set(np.unique(numbers)) == {0, np.inf}
 
 

@@ -163,22 +163,24 @@ REFUSED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_refined_is_refused(renderer: Renderer, case: str) -> None:
     parts, arguments, message = REFUSED[case]
-    scene = Scene(random_volume(1), BONE, **parts)
+    scene = Scene(random_volume(1), BONE, **({"classification": "slab"} | parts))
     with pytest.raises(InputError, match=message):
         renderer.render(scene, SIZE, **arguments)
 
 
 def test_auto_leaves_alone_what_cannot_be_refined(renderer: Renderer) -> None:
     for parts in ({"classification": "post"}, {"lighting": Lighting()}, {"mode": "mip"}):
-        renderer.render(Scene(random_volume(1), BONE, **parts), SIZE, texture_refinement="auto")  # type: ignore[arg-type]
+        renderer.render(
+            Scene(random_volume(1), BONE, **({"classification": "slab"} | parts)), SIZE, texture_refinement="auto"
+        )  # type: ignore[arg-type]
         assert renderer.settings["texture_refinement"] == 1
 
 
 def test_refined_values_have_to_fit() -> None:
     with Renderer(texture_memory=0.5) as small, pytest.raises(InputError, match="texture refinement 4 of this volume"):
-        small.render(Scene(smooth_volume(16), WAVY), SIZE, texture_refinement=4)
+        small.render(Scene(smooth_volume(16), WAVY, classification="slab"), SIZE, texture_refinement=4)
 
 
 def test_the_same_scene_stays_the_same() -> None:
-    scene = Scene(random_volume(1), BONE).completed(SIZE)
+    scene = Scene(random_volume(1), BONE, classification="slab").completed(SIZE)
     assert refined_scene(scene, 2) is refined_scene(scene, 2) and refined_scene(scene, 1) is scene

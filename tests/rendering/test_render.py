@@ -153,7 +153,7 @@ def test_the_world_may_be_of_any_size_and_anywhere(
 def test_boxes_of_any_shape_show(renderer: Renderer, projection: Projection, dimensions: tuple[int, int, int]) -> None:
     volume = Volume(np.full(dimensions[::-1], 0.9, np.float32))
     camera = Camera.framing(volume, projection)
-    picture = renderer.render(Scene(volume, BONE, camera), (256, 256), **FLOAT32)
+    picture = renderer.render(Scene(volume, BONE, camera, classification="slab"), (256, 256), **FLOAT32)
     extinction = BONE.classify(volume.values[:1, :1, :1]).extinction.item()
     expected = -np.expm1(-extinction * path_lengths(volume, camera, (256, 256)))
     assert expected.max() > 0.3
@@ -165,7 +165,7 @@ def test_faces_on_an_axis_view_are_exact(renderer: Renderer) -> None:
     """A box seen along an axis, its faces between pixels: inside all of its depth, outside nothing."""
     volume = Volume(np.zeros((8, 8, 8), np.uint8))
     camera = Camera.orthographic((3.5, -20, 3.5), (3.5, 3.5, 3.5), (0, 0, 1), height=16)
-    opacity = renderer.render(Scene(volume, constant(0.1), camera), (64, 64), **FLOAT32)[..., 3]
+    opacity = renderer.render(Scene(volume, constant(0.1), camera, classification="slab"), (64, 64), **FLOAT32)[..., 3]
     expected = np.zeros((64, 64))
     expected[16:48, 16:48] = -np.expm1(-0.8)
     np.testing.assert_allclose(opacity, expected, atol=ROUNDING)
@@ -176,7 +176,7 @@ def test_views_beside_an_axis_are_whole(renderer: Renderer, tilt: float) -> None
     volume = Volume(np.zeros((8, 8, 8), np.uint8))
     eye = volume.centre - 20 * np.array([np.sin(tilt), np.cos(tilt), tilt])
     camera = Camera.orthographic(eye, volume.centre, (0, 0, 1), height=16)
-    opacity = renderer.render(Scene(volume, constant(0.1), camera), (63, 63), **FLOAT32)[..., 3]
+    opacity = renderer.render(Scene(volume, constant(0.1), camera, classification="slab"), (63, 63), **FLOAT32)[..., 3]
     length = path_lengths(volume, camera, (63, 63))
     np.testing.assert_allclose(opacity, -np.expm1(-0.1 * length), atol=ROUNDING)
 
@@ -185,7 +185,7 @@ def test_views_beside_an_axis_are_whole(renderer: Renderer, tilt: float) -> None
 def test_any_field_of_view(renderer: Renderer, fov: float) -> None:
     volume = Volume(np.zeros((8, 8, 8), np.uint8))
     camera = Camera.framing(volume, "perspective", fov=fov)
-    opacity = renderer.render(Scene(volume, constant(0.2), camera), SIZE, **FLOAT32)[..., 3]
+    opacity = renderer.render(Scene(volume, constant(0.2), camera, classification="slab"), SIZE, **FLOAT32)[..., 3]
     np.testing.assert_allclose(opacity, -np.expm1(-0.2 * path_lengths(volume, camera, SIZE)), atol=ROUNDING)
 
 
@@ -193,8 +193,8 @@ def test_any_field_of_view(renderer: Renderer, fov: float) -> None:
 def test_the_background_enters_behind_what_is_left(renderer: Renderer, projection: Projection) -> None:
     volume = smooth_volume(16)
     camera = Camera.framing(volume, projection)
-    plain = renderer.render(Scene(volume, FOG, camera), SIZE)
-    behind = renderer.render(Scene(volume, FOG, camera, background=(0.2, 0.5, 1.0)), SIZE)
+    plain = renderer.render(Scene(volume, FOG, camera, classification="slab"), SIZE)
+    behind = renderer.render(Scene(volume, FOG, camera, background=(0.2, 0.5, 1.0), classification="slab"), SIZE)
     np.testing.assert_array_equal(behind[..., 3], plain[..., 3])
     expected = plain[..., :3] + (1 - plain[..., 3:]) * np.array([0.2, 0.5, 1.0])
     np.testing.assert_allclose(behind[..., :3], expected, atol=2e-7)
@@ -206,7 +206,7 @@ def test_top_is_up_and_right_is_right(renderer: Renderer) -> None:
     volume = Volume(values)
     camera = Camera.orthographic((4, -20, 4), (4, 4, 4), (0, 0, 1), height=9)  # looks along +y: x to the right
     transfer_function = TransferFunction(np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 1.0]))
-    opacity = renderer.render(Scene(volume, transfer_function, camera), (90, 90))[..., 3]
+    opacity = renderer.render(Scene(volume, transfer_function, camera, classification="slab"), (90, 90))[..., 3]
     row, column = np.unravel_index(opacity.argmax(), opacity.shape)
     assert (10 <= row < 20) and (10 <= column < 20)
 
@@ -225,7 +225,7 @@ def test_all_nan_and_constant_volumes_render(renderer: Renderer, classification:
 def test_a_volume_behind_the_eye_gives_an_empty_picture(renderer: Renderer) -> None:
     volume = Volume(np.ones((4, 4, 4)))
     camera = Camera.perspective((0, -10, 0), (0, -20, 0), (0, 0, 1))
-    assert not renderer.render(Scene(volume, BONE, camera), SIZE).any()
+    assert not renderer.render(Scene(volume, BONE, camera, classification="slab"), SIZE).any()
 
 
 @pytest.mark.parametrize("target_format, error", [("rgba8", 0.5 / 255), ("rgba16f", 2**-11), ("rgba32f", 2**-23)])
@@ -243,7 +243,9 @@ def test_target_formats_round_as_their_digits_say(renderer: Renderer, target_for
 def test_stats_say_what_was_done(renderer: Renderer) -> None:
     volume = smooth_volume(24)
     camera = Camera.framing(volume, "perspective")
-    renderer.render(Scene(volume, FOG, camera, background=(1, 0, 0)), (64, 32), slab_thickness=0.5, repeat=3)
+    renderer.render(
+        Scene(volume, FOG, camera, background=(1, 0, 0), classification="slab"), (64, 32), slab_thickness=0.5, repeat=3
+    )
     stats = renderer.stats
     assert stats["size"] == [64, 32]
     assert stats["slab_thickness"] == 0.5
@@ -259,7 +261,7 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
     assert 0 < stats["cells_drawn"] <= stats["cells_total"] == (24 // CELL) ** 3
     assert stats["early_termination"] == 2.0**-22
     assert 0 < stats["samples"] <= stats["samples_total"] <= 64 * 32 * stats["slabs"]
-    renderer.render(Scene(volume, FOG, Camera.framing(volume)), (64, 32))
+    renderer.render(Scene(volume, FOG, Camera.framing(volume), classification="slab"), (64, 32))
     assert renderer.stats["modelled"] == []
 
 
@@ -280,20 +282,20 @@ def test_stats_say_what_was_done(renderer: Renderer) -> None:
     ],
 )
 def test_arguments_out_of_range_are_refused(renderer: Renderer, arguments: dict, message: str) -> None:
-    scene = Scene(Volume(np.ones((2, 2, 2))), FOG)
+    scene = Scene(Volume(np.ones((2, 2, 2))), FOG, classification="slab")
     with pytest.raises(InputError, match=message):
         renderer.render(scene, **arguments)
 
 
 def test_closing_twice_is_fine() -> None:
     renderer = Renderer()
-    renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG), SIZE)
+    renderer.render(Scene(Volume(np.ones((2, 2, 2))), FOG, classification="slab"), SIZE)
     renderer.close()
     renderer.close()
 
 
 def test_the_interface_is_callable_however_it_is_reached() -> None:
-    scene = texvol.Scene(texvol.Volume(np.ones((2, 2, 2))), FOG)
+    scene = texvol.Scene(texvol.Volume(np.ones((2, 2, 2))), FOG, classification="slab")
     first = texvol.render(scene, size=(8, 6))
     assert texvol.Renderer is Renderer
     importlib.import_module("texvol.rendering.render")
@@ -316,7 +318,9 @@ def test_stats_can_be_asked_for_later(classification: Classification) -> None:
 def test_a_slab_thicker_than_the_box_is_the_box(renderer: Renderer, thickness: float) -> None:
     volume = Volume(np.zeros((4, 5, 6), np.uint8))
     camera = Camera.framing(volume)
-    picture = renderer.render(Scene(volume, constant(0.3), camera), SIZE, slab_thickness=thickness)
+    picture = renderer.render(
+        Scene(volume, constant(0.3), camera, classification="slab"), SIZE, slab_thickness=thickness
+    )
     expected = -np.expm1(-0.3 * path_lengths(volume, camera, SIZE))
     np.testing.assert_allclose(picture[..., 3], expected, atol=ROUNDING)
 

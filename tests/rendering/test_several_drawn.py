@@ -39,7 +39,7 @@ def in_two(scene: Scene) -> Scene:
 
 def seen(volume: Volume, medium: TransferFunction, projection: Any = "perspective", **more: Any) -> Scene:
     eye = volume.centre + volume.radius * np.array([1.6, -2.0, 1.1])
-    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **more)
+    return Scene(volume, medium, Camera.framing(volume, projection, eye=eye), **({"classification": "slab"} | more))
 
 
 @each_classification_in_a_projection
@@ -240,7 +240,7 @@ def test_rates_are_those_of_the_finest_volume(renderer: Renderer) -> None:
 def test_the_box_of_all_is_framed() -> None:
     first = Volume(np.ones((4, 4, 4)))
     added = AddedVolume(first.moved(turned(0, shift=(50, 0, 0))))
-    scene = Scene(first, added=(added,))
+    scene = Scene(first, added=(added,), classification="slab")
     box = common_box(scene.volumes)
     np.testing.assert_allclose(
         (box.box_corner, box.box_corner + box.box_edges.sum(axis=1)), [(-0.5,) * 3, (53.5, 3.5, 3.5)]
@@ -276,7 +276,7 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
 def test_what_has_no_meaning_is_refused(more: dict[str, Any], message: str) -> None:
     volume = smooth_volume(4)
     with pytest.raises(InputError, match=message):
-        Scene(volume, **({"added": (AddedVolume(volume),)} | more))
+        Scene(volume, **({"classification": "slab"} | ({"added": (AddedVolume(volume),)} | more)))
 
 
 def test_fewer_volumes_leave_nothing_behind(renderer: Renderer) -> None:

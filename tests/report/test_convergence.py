@@ -42,7 +42,7 @@ def measured(seconds: float, error: float, rate: float = 1.0, classification: st
 @pytest.fixture(scope="module")
 def scene() -> Scene:
     volume = smooth_volume(24)
-    return Scene(volume, BONE, Camera.framing(volume, "perspective"))
+    return Scene(volume, BONE, Camera.framing(volume, "perspective"), classification="slab")
 
 
 def test_the_front_holds_what_nothing_beats() -> None:
@@ -147,7 +147,7 @@ def test_vtk_draws_the_same_scene(renderer: Renderer, mapper: str, projection: s
     values = smooth_volume(24).values[:, :20, :16]
     volume = Volume(values, np.array([1, 1.5, 0.7]) * 1e-3, (5, -3, 2), direction)
     thin = replace(FOG, extinctions=FOG.extinctions * 3e3)
-    scene = Scene(volume, thin, Camera.framing(volume, projection))  # type: ignore[arg-type]
+    scene = Scene(volume, thin, Camera.framing(volume, projection), classification="slab")  # type: ignore[arg-type]
     truths = Truths.of(scene, (80, 64))
     assert truths.postclassified is not None and truths.postclassified[..., 3].max() > 0.3
     limits = Limits(least_frames=1, frames_seconds=0)
@@ -160,7 +160,7 @@ def test_vtk_draws_the_same_scene(renderer: Renderer, mapper: str, projection: s
 def test_vtk_that_draws_something_else_is_not_compared(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("vtkmodules")
     volume = smooth_volume(16)
-    scene = Scene(volume, FOG, Camera.framing(volume))
+    scene = Scene(volume, FOG, Camera.framing(volume), classification="slab")
     asked = vtk_mappers._vtk_points
 
     def twice_as_dense(transfer_function: object, volume: Volume, unit: float) -> list[list[float]]:
@@ -173,14 +173,14 @@ def test_vtk_that_draws_something_else_is_not_compared(renderer: Renderer, monke
 
 def test_a_sheared_grid_is_refused_for_vtk(renderer: Renderer) -> None:
     volume = Volume(smooth_volume(8).values, direction=[[1, 0.3, 0], [0, 1, 0], [0, 0, 1]])
-    scene = Scene(volume, FOG, Camera.framing(volume))
+    scene = Scene(volume, FOG, Camera.framing(volume), classification="slab")
     with pytest.raises(vtk_mappers.VtkError, match="sheared"):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
 
 
 def test_without_vtk_the_reason_is_said(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)))
+    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)), classification="slab")
     with pytest.raises(vtk_mappers.VtkError, match=r"texvol\[bench\]"):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
 
@@ -189,6 +189,6 @@ def test_a_crash_of_vtk_is_a_reason_and_nothing_more(renderer: Renderer, monkeyp
     pytest.importorskip("vtkmodules")
     monkeypatch.setattr(vtk_mappers, "MAPPERS", {"VTK GPU": "gpu"})
     monkeypatch.setattr(vtk_mappers, "_save", lambda folder, scene, request: None)  # it finds no file to read
-    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)))
+    scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)), classification="slab")
     with pytest.raises(vtk_mappers.VtkError, match=r"status 1: .*request\.json"):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))

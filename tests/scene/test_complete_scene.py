@@ -17,7 +17,7 @@ SIZE = (40, 30)
 
 def test_what_is_left_open_is_settled() -> None:
     volume, other = random_volume(1), random_volume(2)
-    complete = Scene(volume, added=(AddedVolume(other),)).completed(SIZE)
+    complete = Scene(volume, added=(AddedVolume(other),), classification="slab").completed(SIZE)
     assert isinstance(complete, CompleteScene)
     assert complete.camera == Camera.framing(complete.box, aspect=4 / 3)
     assert complete.transfer_function is proposed_for(volume)
@@ -27,13 +27,13 @@ def test_what_is_left_open_is_settled() -> None:
 def test_what_is_given_stays() -> None:
     volume = random_volume(1)
     camera, mask = Camera.framing(volume, "perspective"), Mask(volume.values > 0.5)
-    complete = Scene(volume, FOG, camera, mask=mask).completed(SIZE)
+    complete = Scene(volume, FOG, camera, mask=mask, classification="slab").completed(SIZE)
     assert (complete.camera, complete.transfer_function, complete.mask) == (camera, FOG, mask)
     assert complete.volume is volume
 
 
 def test_the_same_scene_and_size_give_the_same_object() -> None:
-    scene = Scene(random_volume(1))
+    scene = Scene(random_volume(1), classification="slab")
     complete = scene.completed(SIZE)
     assert scene.completed(SIZE) is complete and complete.completed((5, 5)) is complete
     other = scene.completed((30, 40))
@@ -43,20 +43,31 @@ def test_the_same_scene_and_size_give_the_same_object() -> None:
 def test_masked_values_are_missing_where_values_are_seen() -> None:
     volume = random_volume(1)
     mask = Mask(volume.values > 0.5)
-    complete = Scene(volume, mode="mip", mask=mask).completed(SIZE)
+    complete = Scene(volume, mode="mip", mask=mask, classification="slab").completed(SIZE)
     assert complete.mask is None
     np.testing.assert_array_equal(np.isnan(complete.volume.values), mask.hidden)
 
 
 def test_an_isosurface_keeps_its_own_colour() -> None:
-    assert Scene(random_volume(1), mode="isosurface", isovalue=0.5).completed(SIZE).transfer_function is None
-    assert Scene(random_volume(1), mode="mip", coloring="tf").completed(SIZE).transfer_function is not None
+    assert (
+        Scene(random_volume(1), mode="isosurface", isovalue=0.5, classification="slab")
+        .completed(SIZE)
+        .transfer_function
+        is None
+    )
+    assert (
+        Scene(random_volume(1), mode="mip", coloring="tf", classification="slab").completed(SIZE).transfer_function
+        is not None
+    )
 
 
 def test_a_preset_is_welcome_by_name() -> None:
     volume = random_volume(1)
     expected = preset("fog", volume)
-    for function in (Scene(volume, "fog").transfer_function, AddedVolume(volume, "fog").transfer_function):  # type: ignore[arg-type]
+    for function in (
+        Scene(volume, "fog", classification="slab").transfer_function,
+        AddedVolume(volume, "fog").transfer_function,
+    ):  # type: ignore[arg-type]
         assert function is not None
         np.testing.assert_array_equal(function.numbers, expected.numbers)
 
@@ -82,4 +93,4 @@ def test_a_preset_is_welcome_by_name() -> None:
 )
 def test_wrong_types_are_refused_when_a_scene_is_made(parts: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        Scene(**({"volume": random_volume(1)} | parts))
+        Scene(**({"classification": "slab"} | ({"volume": random_volume(1)} | parts)))

@@ -49,7 +49,14 @@ def view(volume: Volume, projection: str) -> Camera:
 
 
 def cut_scene(volume: Volume, transfer: Any, projection: str = "perspective", **more: Any) -> Scene:
-    return Scene(volume, transfer, view(volume, projection), clip=planes_through(volume), crop=crop_of(volume), **more)  # type: ignore[arg-type]
+    return Scene(
+        volume,
+        transfer,
+        view(volume, projection),
+        clip=planes_through(volume),
+        crop=crop_of(volume),
+        **({"classification": "slab"} | more),
+    )  # type: ignore[arg-type]
 
 
 def lengths_kept(scene: Scene, size: tuple[int, int]) -> np.ndarray:
@@ -185,7 +192,7 @@ def test_a_cap_has_the_colour_of_the_matter_that_is_cut(renderer: Renderer) -> N
 
 def test_planes_that_keep_all_or_nothing(renderer: Renderer) -> None:
     volume = random_volume(4)
-    scene = Scene(volume, FOG, view(volume, "perspective"))
+    scene = Scene(volume, FOG, view(volume, "perspective"), classification="slab")
     plain = renderer.render(scene, SIZE)
     far = float(-10 * volume.radius)
     kept = renderer.render(replace(scene, clip=(ClipPlane((1, 0, 0), far),)), SIZE)
@@ -210,7 +217,7 @@ def test_worlds_of_any_size_are_cut_alike(renderer: Renderer, scale: float) -> N
 def test_nothing_cut_compiles_nothing() -> None:
     assert len(Cutting()) == 0 and not Cutting()
     assert len(Cutting((ClipPlane((1, 0, 0), 0),), ((0, 1), (-np.inf, 1), (-np.inf, np.inf)))) == 4
-    scene = Scene(random_volume(1), caps=True)
+    scene = Scene(random_volume(1), caps=True, classification="slab")
     assert not scene.cutting.caps
 
 
@@ -221,11 +228,19 @@ def test_nothing_cut_compiles_nothing() -> None:
         (lambda: ClipPlane((1, np.nan, 0), 1), "finite"),
         (lambda: ClipPlane((1, 0), 1), "three"),  # type: ignore[arg-type]
         (lambda: ClipPlane((1, 0, 0), np.inf), "offset"),
-        (lambda: Scene(random_volume(1), crop=((0, 1), (2, 1), (0, 1))), "y must go from less to more"),
-        (lambda: Scene(random_volume(1), crop=((0, 1), (0, 1))), "crop box"),  # type: ignore[arg-type]
-        (lambda: Scene(random_volume(1), crop=((0, np.nan), (0, 1), (0, 1))), "crop box"),
-        (lambda: Scene(random_volume(1), clip=((1, 0, 0, 0),)), "ClipPlane"),  # type: ignore[arg-type]
-        (lambda: Scene(random_volume(1), mode="mip", caps=True, clip=(ClipPlane((1, 0, 0), 0),)), "mip"),
+        (
+            lambda: Scene(random_volume(1), crop=((0, 1), (2, 1), (0, 1)), classification="slab"),
+            "y must go from less to more",
+        ),
+        (lambda: Scene(random_volume(1), crop=((0, 1), (0, 1)), classification="slab"), "crop box"),  # type: ignore[arg-type]
+        (lambda: Scene(random_volume(1), crop=((0, np.nan), (0, 1), (0, 1)), classification="slab"), "crop box"),
+        (lambda: Scene(random_volume(1), clip=((1, 0, 0, 0),), classification="slab"), "ClipPlane"),  # type: ignore[arg-type]
+        (
+            lambda: Scene(
+                random_volume(1), mode="mip", caps=True, clip=(ClipPlane((1, 0, 0), 0),), classification="slab"
+            ),
+            "mip",
+        ),
     ],
 )
 def test_what_cuts_nothing_sensible_is_refused(make: Any, words: str) -> None:

@@ -32,7 +32,7 @@ def numbers(*each, absent=False):
 
 def levels(picture, scene=None, **options):
     """Grey levels of 8 bits that a picture is shown in."""
-    result = shown(picture, scene or Scene(RAMP, mode="mip"), **options)
+    result = shown(picture, scene or Scene(RAMP, mode="mip", classification="slab"), **options)
     assert result.dtype == np.float32 and (result[..., :3] == result[..., :1]).all()
     return eight_bits(result)[0, :, 0].tolist()
 
@@ -47,8 +47,8 @@ def test_a_window_is_linear_in_the_levels():
 @pytest.mark.parametrize("mode", ["xray", "mip", "minip", "average"])
 def test_infinities_are_white_and_black_and_nan_is_black(mode):
     picture = numbers(np.inf, -np.inf, np.nan, 1.0, 3.0)
-    assert levels(picture, Scene(RAMP, mode=mode), window=(2, 2)) == [255, 0, 0, 0, 255]
-    assert levels(picture, Scene(RAMP, mode=mode))[:3] == [255, 0, 0]
+    assert levels(picture, Scene(RAMP, mode=mode, classification="slab"), window=(2, 2)) == [255, 0, 0, 0, 255]
+    assert levels(picture, Scene(RAMP, mode=mode, classification="slab"))[:3] == [255, 0, 0]
 
 
 def test_without_a_window_the_range_of_the_values_is_shown():
@@ -56,28 +56,30 @@ def test_without_a_window_the_range_of_the_values_is_shown():
     values[0, 0, :] = np.nan, np.inf
     volume = Volume(values)  # -20 … 30
     for mode in ("mip", "minip"):
-        assert found_window(numbers(1, 2), Scene(volume, mode=mode)) == (5, 50)
-        assert levels(numbers(-20, 10, 30), Scene(volume, mode=mode)) == [0, 153, 255]
+        assert found_window(numbers(1, 2), Scene(volume, mode=mode, classification="slab")) == (5, 50)
+        assert levels(numbers(-20, 10, 30), Scene(volume, mode=mode, classification="slab")) == [0, 153, 255]
 
 
 @pytest.mark.parametrize("mode", ["xray", "average"])
 def test_without_a_window_sums_show_the_range_of_their_numbers(mode):
-    scene = Scene(RAMP, mode=mode)
+    scene = Scene(RAMP, mode=mode, classification="slab")
     picture = numbers(100, 500, np.inf, 200, np.nan, absent=True)
     assert found_window(picture, scene) == (300, 400)
     assert levels(picture, scene) == [0, 255, 255, 64, 0, 0]
 
 
 def test_what_is_the_same_throughout_is_mid_grey():
-    xray = Scene(RAMP, mode="xray")
+    xray = Scene(RAMP, mode="xray", classification="slab")
     for picture in (numbers(7.0, 7.0), numbers(7.0, 7.0 + 1e-6), numbers(0.0), numbers(-3e30, -3e30)):
         assert found_window(picture, xray)[1] == 0
         np.testing.assert_allclose(shown(picture, xray)[..., :3], MID_GREY, rtol=1e-6)
     assert levels(numbers(7.0, 7.001), xray) == [0, 255]  # 1e-4 is a difference
     constant = Volume(np.full((2, 2, 2), 9, np.uint8))
-    np.testing.assert_allclose(shown(numbers(9), Scene(constant, mode="mip"))[..., :3], MID_GREY, rtol=1e-6)
-    assert levels(numbers(np.inf, -np.inf, np.nan), Scene(constant, mode="mip")) == [255, 0, 0]
-    nothing = Scene(Volume(np.full((2, 2, 2), np.nan)), mode="mip")
+    np.testing.assert_allclose(
+        shown(numbers(9), Scene(constant, mode="mip", classification="slab"))[..., :3], MID_GREY, rtol=1e-6
+    )
+    assert levels(numbers(np.inf, -np.inf, np.nan), Scene(constant, mode="mip", classification="slab")) == [255, 0, 0]
+    nothing = Scene(Volume(np.full((2, 2, 2), np.nan)), mode="mip", classification="slab")
     assert not shown(np.zeros((3, 4, 4)), nothing).any()
 
 
@@ -85,19 +87,19 @@ def test_the_widest_range_there_is_can_be_shown():
     largest = np.finfo(np.float64).max
     volume = Volume(np.array([-largest, largest]).reshape(1, 1, 2))
     with np.errstate(all="raise"):
-        assert levels(numbers(-largest, 0, largest), Scene(volume, mode="mip")) == [0, 128, 255]
+        assert levels(numbers(-largest, 0, largest), Scene(volume, mode="mip", classification="slab")) == [0, 128, 255]
 
 
 @pytest.mark.parametrize("mode", ["xray", "mip"])
 def test_the_colours_of_the_transfer_function_are_shown_opaque_if_asked_for(mode):
-    scene = Scene(RAMP, COLORS, mode=mode)
+    scene = Scene(RAMP, COLORS, mode=mode, classification="slab")
     picture = numbers(-100, 0, 2.5, 10, np.inf)
     expected = [[1, 0, 0, 1], [1, 0, 0, 1], [0.75, 0, 0.25, 1], [0, 0, 1, 1], [0, 0, 1, 1]]
     colored = replace(scene, coloring="tf")
     np.testing.assert_allclose(shown(picture, colored)[0], expected, atol=1e-7)
     assert np.ptp(shown(picture, scene)[0, :, :3], axis=-1).max() == 0  # nobody asked
     assert levels(picture, colored, window=(0, 10)) == [0, 128, 191, 255, 255]
-    proposed = Scene(RAMP, proposed_for(RAMP), mode="mip", coloring="tf")
+    proposed = Scene(RAMP, proposed_for(RAMP), mode="mip", coloring="tf", classification="slab")
     np.testing.assert_array_equal(shown(picture, replace(proposed, transfer_function=None)), shown(picture, proposed))
 
 
@@ -105,20 +107,22 @@ def test_colours_are_straight_however_a_transfer_function_holds_them():
     premultiplied = TransferFunction([0, 10], [[0, 0, 0], [0.8, 0.4, 0]], [0, 4], premultiplied=True)
     gas = TransferFunction([0, 10], [[0, 0, 0], [8, 4, 0]], [0, 0], emissive=True)
     for transfer, expected in [(premultiplied, [[0, 0, 0], [0.2, 0.1, 0]]), (gas, [[0, 0, 0], [0.5, 0.25, 0]])]:
-        picture = shown(numbers(0, 5), Scene(RAMP, transfer, mode="mip", coloring="tf"))
+        picture = shown(numbers(0, 5), Scene(RAMP, transfer, mode="mip", coloring="tf", classification="slab"))
         np.testing.assert_allclose(picture[0, :, :3], expected, rtol=1e-6)
 
 
 def test_the_background_is_where_no_number_is():
     picture = numbers(-40, 30, absent=True)
-    result = shown(picture, Scene(RAMP, mode="mip", background=(0.25, 0.5, 2)))
+    result = shown(picture, Scene(RAMP, mode="mip", background=(0.25, 0.5, 2), classification="slab"))
     np.testing.assert_array_equal(result[0], [[0, 0, 0, 1], [1, 1, 1, 1], [0.25, 0.5, 2, 0]])
 
 
 def test_pictures_of_light_come_back_as_they_are():
     picture = np.random.default_rng(0).random((2, 3, 4))
     for options in ({}, {"mode": "isosurface", "isovalue": 1.0}):
-        np.testing.assert_array_equal(shown(picture, Scene(RAMP, **options)), picture.astype(np.float32))
+        np.testing.assert_array_equal(
+            shown(picture, Scene(RAMP, **({"classification": "slab"} | options))), picture.astype(np.float32)
+        )
 
 
 def test_a_window_is_read():

@@ -76,7 +76,7 @@ def test_short_arrays_become_numbers() -> None:
     given = np.array([1.0, 2, 3])
     plane, light = ClipPlane(given, 2), Light("directional", given, given)  # type: ignore[arg-type]
     camera = Camera.perspective(given, 2 * given, given[::-1])  # type: ignore[arg-type]
-    scene = Scene(Volume(wave()), background=given, clip=(plane,), crop=np.array([[0, 9.0]] * 3))  # type: ignore[arg-type]
+    scene = Scene(Volume(wave()), background=given, clip=(plane,), crop=np.array([[0, 9.0]] * 3), classification="slab")  # type: ignore[arg-type]
     given[...] = 7
     assert plane == ClipPlane((1, 2, 3), 2) and light.vector == light.color == (1, 2, 3)
     assert camera.eye == (1, 2, 3) and camera.up == (3, 2, 1)
@@ -98,15 +98,15 @@ CHANGES: dict[str, Callable[[np.ndarray], Any]] = {
 @pytest.mark.parametrize("what", CHANGES)
 def test_a_change_in_place_is_an_error_when_it_is_drawn(renderer: Renderer, what: str, dtype: str) -> None:
     array = wave(dtype, 13)
-    scene = Scene(Volume(array, name="mine"), FOG)
+    scene = Scene(Volume(array, name="mine"), FOG, classification="slab")
     renderer.render(scene, SIZE)
     CHANGES[what](array)
     with pytest.raises(InputError, match="mine: samples were changed in place"):
         renderer.render(scene, SIZE)
     with pytest.raises(InputError, match="make a new Volume of the array"):
         texvol.raycast(scene, SIZE)
-    now = renderer.render(Scene(Volume(array), FOG), SIZE)
-    np.testing.assert_array_equal(now, renderer.render(Scene(Volume(array.copy()), FOG), SIZE))
+    now = renderer.render(Scene(Volume(array), FOG, classification="slab"), SIZE)
+    np.testing.assert_array_equal(now, renderer.render(Scene(Volume(array.copy()), FOG, classification="slab"), SIZE))
 
 
 @pytest.mark.parametrize(
@@ -118,15 +118,15 @@ def test_every_array_of_a_scene_is_looked_at(renderer: Renderer, kind: str) -> N
     colors = np.ones((*array.shape, 3), np.float32)
     given = {"mask": weights, "mask of booleans": weights, "colours": colors, "added mask": weights}.get(kind, array)
     if kind.startswith("mask"):
-        scene = Scene(Volume(wave()), FOG, mask=Mask(weights))
+        scene = Scene(Volume(wave()), FOG, mask=Mask(weights), classification="slab")
     elif kind.startswith("added"):
         mask = Mask(weights) if kind == "added mask" else None
-        scene = Scene(Volume(wave()), FOG, added=(AddedVolume(Volume(array), FOG, mask),))
+        scene = Scene(Volume(wave()), FOG, added=(AddedVolume(Volume(array), FOG, mask),), classification="slab")
     elif kind == "colours":
-        scene = Scene(Volume(array, colors=colors), FOG)
+        scene = Scene(Volume(array, colors=colors), FOG, classification="slab")
     else:
         part = array[2:] if kind == "view" else array.transpose(2, 1, 0)
-        scene = Scene(Volume(part), FOG)
+        scene = Scene(Volume(part), FOG, classification="slab")
     before = renderer.render(scene, SIZE)
     given[5:, 5:] = 0
     if kind in ("mask", "not contiguous"):  # of which the object has a copy
@@ -138,23 +138,25 @@ def test_every_array_of_a_scene_is_looked_at(renderer: Renderer, kind: str) -> N
 
 def test_an_array_may_be_filled_before_it_is_looked_at(renderer: Renderer) -> None:
     array = np.zeros((12, 12, 12), np.float32)
-    scene = Scene(Volume(array), FOG)
+    scene = Scene(Volume(array), FOG, classification="slab")
     array[...] = wave()
-    np.testing.assert_array_equal(renderer.render(scene, SIZE), renderer.render(Scene(Volume(wave()), FOG), SIZE))
+    np.testing.assert_array_equal(
+        renderer.render(scene, SIZE), renderer.render(Scene(Volume(wave()), FOG, classification="slab"), SIZE)
+    )
     other = Volume(array)
     assert other.finite_range is not None
     array[...] = 0
     with pytest.raises(InputError, match="changed in place"):
-        renderer.render(Scene(other, FOG), SIZE)
+        renderer.render(Scene(other, FOG, classification="slab"), SIZE)
 
 
 def test_a_moved_volume_is_of_the_same_array(renderer: Renderer) -> None:
     array = wave()
     volume = Volume(array)
-    renderer.render(Scene(volume, FOG), SIZE)
+    renderer.render(Scene(volume, FOG, classification="slab"), SIZE)
     array[...] = 0
     with pytest.raises(InputError, match="changed in place"):
-        renderer.render(Scene(volume.moved(np.eye(4)), FOG), SIZE)
+        renderer.render(Scene(volume.moved(np.eye(4)), FOG, classification="slab"), SIZE)
 
 
 def test_a_file_is_nobody_elses(tmp_path: Path) -> None:
@@ -205,7 +207,9 @@ def public_objects(folder: Path) -> dict[str, Any]:
     scene = Scene(
         volume, medium, camera, lighting=Lighting((light,)), mask=mask, geometry=(mesh, lines), classification="post"
     )
-    several = Scene(Volume(wave()), FOG, added=(AddedVolume(labels), AddedVolume(volume, FOG, mask)))
+    several = Scene(
+        Volume(wave()), FOG, added=(AddedVolume(labels), AddedVolume(volume, FOG, mask)), classification="slab"
+    )
     objects = [
         volume, labels, colored, Volume(wave()), graded, medium, mesh, lines, camera, mask, light, Lighting((light,)),
         scene, several, several.added[0], DepthCue(), ClipPlane((1, 0, 0), 2), Estimator("gaussian", 2.0),
@@ -272,7 +276,7 @@ def test_a_copy_of_a_scene_is_the_same_picture(
 
 def test_a_copy_is_another_array(renderer: Renderer) -> None:
     array = wave()
-    scene = Scene(Volume(array), FOG)
+    scene = Scene(Volume(array), FOG, classification="slab")
     picture = renderer.render(scene, SIZE)
     other = copy.deepcopy(scene)
     array[...] = 0
@@ -284,7 +288,7 @@ def _drawn(scene: Scene) -> np.ndarray:
 
 
 def test_scenes_are_arguments_of_a_pool() -> None:
-    scene = Scene(Volume(wave()), FOG)
+    scene = Scene(Volume(wave()), FOG, classification="slab")
     with get_context("spawn").Pool(1) as pool:
         (picture,) = pool.map(_drawn, [scene])
     np.testing.assert_array_equal(picture, _drawn(scene))

@@ -46,7 +46,7 @@ def scene_of(parts: Sequence[Box], **more: object) -> Scene:
     """All boxes in one scene."""
     (volume, extinction, color), *others = parts
     added = tuple(AddedVolume(each, constant(tau, tint)) for each, tau, tint in others)
-    return Scene(volume, constant(extinction, color), added=added, **more)  # type: ignore[arg-type]
+    return Scene(volume, constant(extinction, color), added=added, **({"classification": "slab"} | more))  # type: ignore[arg-type]
 
 
 def picture_of(

@@ -46,30 +46,49 @@ LIT = Lighting(
 )
 SCENES = {
     **{kind: Scene(VOLUME, BONE, classification=kind) for kind in ("slab", "extinction", "post", "integrated")},
-    "sheared, from inside": Scene(SHEARED, FOG, inside(SHEARED, "perspective"), (0.2, 0.1, 1 / 3)),
-    "orthographic": Scene(VOLUME, FOG, Camera.orthographic((30, 20, 10), (4, 4, 4), (0, 1, 0.1), 11 / 3)),
-    "proposed": Scene(smooth_volume(12)),
+    "sheared, from inside": Scene(
+        SHEARED, FOG, inside(SHEARED, "perspective"), (0.2, 0.1, 1 / 3), classification="slab"
+    ),
+    "orthographic": Scene(
+        VOLUME, FOG, Camera.orthographic((30, 20, 10), (4, 4, 4), (0, 1, 0.1), 11 / 3), classification="slab"
+    ),
+    "proposed": Scene(smooth_volume(12), classification="slab"),
     "lit": Scene(VOLUME, FOG, classification="post", lighting=LIT, gradient=Estimator("gaussian", 0.8)),
     "shadows": Scene(
-        VOLUME, BONE, lighting=Lighting(LIT.lights[1:], shadows=True), gradient=Estimator("zucker-hummel")
+        VOLUME,
+        BONE,
+        lighting=Lighting(LIT.lights[1:], shadows=True),
+        gradient=Estimator("zucker-hummel"),
+        classification="slab",
     ),
-    "depth cue": Scene(VOLUME, FOG, depth_cue=DepthCue(0.3, (0.1, 0.2, 0.9), 2.5, 20 / 3)),
+    "depth cue": Scene(VOLUME, FOG, depth_cue=DepthCue(0.3, (0.1, 0.2, 0.9), 2.5, 20 / 3), classification="slab"),
     "graded": Scene(VOLUME, GRADED, classification="post", lighting=LIT),
-    "graded in texels": Scene(VOLUME, GRADED),
+    "graded in texels": Scene(VOLUME, GRADED, classification="slab"),
     "emissive": Scene(VOLUME, EMISSIVE, classification="extinction"),
     "premultiplied, opaque": Scene(VOLUME, PREMULTIPLIED, classification="post"),
-    **{mode: Scene(SHEARED, mode=mode) for mode in ("xray", "mip", "minip", "average")},
-    "attenuation": Scene(VOLUME, mode="xray", air="hounsfield"),
-    "above air, coloured": Scene(VOLUME, FOG, mode="xray", air=1 / 3, coloring="tf"),
-    "cut": Scene(VOLUME, BONE, clip=(ClipPlane((1, -2, 1 / 3), -7.5),), crop=((1, 6.5), (-np.inf, 7.3), (0, np.inf))),
+    **{mode: Scene(SHEARED, mode=mode, classification="slab") for mode in ("xray", "mip", "minip", "average")},
+    "attenuation": Scene(VOLUME, mode="xray", air="hounsfield", classification="slab"),
+    "above air, coloured": Scene(VOLUME, FOG, mode="xray", air=1 / 3, coloring="tf", classification="slab"),
+    "cut": Scene(
+        VOLUME,
+        BONE,
+        clip=(ClipPlane((1, -2, 1 / 3), -7.5),),
+        crop=((1, 6.5), (-np.inf, 7.3), (0, np.inf)),
+        classification="slab",
+    ),
     "capped": Scene(VOLUME, FOG, classification="post", clip=(ClipPlane((0, 1, 1), 4.1),), caps=True),
-    "isosurface": Scene(VOLUME, FOG, mode="isosurface", isovalue=0.43, lighting=LIT, depth_cue=DepthCue()),
+    "isosurface": Scene(
+        VOLUME, FOG, mode="isosurface", isovalue=0.43, lighting=LIT, depth_cue=DepthCue(), classification="slab"
+    ),
     "masked": Scene(VOLUME, BONE, classification="post", mask=Mask(VOLUME.values > 0.4)),
     "faded, and volumes of several kinds": Scene(
         VOLUME,
         FOG,
         mask=Mask(1 - VOLUME.values),
         added=(AddedVolume(SHEARED, BONE), AddedVolume(LABELS), AddedVolume(RGB)),
+        classification="slab",
     ),
-    "isosurface, own colour": Scene(VOLUME, mode="isosurface", isovalue=1 / 3, background=(1, 0, 0.5)),
+    "isosurface, own colour": Scene(
+        VOLUME, mode="isosurface", isovalue=1 / 3, background=(1, 0, 0.5), classification="slab"
+    ),
 }

@@ -387,7 +387,7 @@ def test_nothing_is_kept_of_a_volume_that_is_gone(renderer: Renderer) -> None:
     scene = scene_of(waves())
     assert drawn(renderer, scene, 8)[1] == [1, 1, 1]
     volume = ref(scene.volume)
-    renderer.render(Scene(smooth_volume(8), FOG), SIZE)
+    renderer.render(Scene(smooth_volume(8), FOG, classification="slab"), SIZE)
     del scene
     gc.collect()
     assert volume() is None

@@ -189,7 +189,7 @@ def test_the_tables_of_a_report_are_markdown_of_ours_alone() -> None:
 def test_the_page_of_a_report_may_ask_for_nothing() -> None:
     """Names of others are text in it, and its policy allows pictures inside it alone."""
     known, nothing = findings(), np.zeros((4, 4, 4), np.float32)
-    scene = Scene(known.scene.volume, camera=Camera.framing(known.scene.volume))
+    scene = Scene(known.scene.volume, camera=Camera.framing(known.scene.volume), classification="slab")
     truths = Truths(None, None)
     began = datetime.datetime(2026, 1, 1)
     made = Findings(scene, (4, 4), truths, known.fingerprint, known.command, nothing, began)

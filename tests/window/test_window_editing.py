@@ -109,7 +109,7 @@ def test_what_depends_on_the_gradient_is_kept() -> None:
 
 def document() -> Document:
     volume = Volume(np.arange(27, dtype=np.float32).reshape(3, 3, 3))
-    return Document(Scene(volume, STRAIGHT, Camera.framing(volume)), Origin("v.npy"))
+    return Document(Scene(volume, STRAIGHT, Camera.framing(volume), classification="slab"), Origin("v.npy"))
 
 
 def test_a_drag_is_one_step_back() -> None:

@@ -28,7 +28,7 @@ moving = st.sampled_from([*range(7), 8])  # numbers of the handles that move, an
 
 def scene(projection: Any, eye: Any = (60.0, -90.0, 40.0)) -> Scene:
     camera = Camera.framing(VOLUME, projection, eye=eye, up=(0, 0, 1), aspect=4 / 3)
-    return Scene(VOLUME, camera=camera, crop=CROP, clip=PLANES)
+    return Scene(VOLUME, camera=camera, crop=CROP, clip=PLANES, classification="slab")
 
 
 def test_there_is_a_handle_for_each_face_and_plane() -> None:

@@ -33,7 +33,7 @@ FROM_LEFT = Camera.orthographic((-100, 2, 15), (0, 2, 15), (0, 0, 1), 40)
 
 
 def scene(**parts: Any) -> Scene:
-    return Scene(RAMP, STEP, FROM_LEFT, **parts)
+    return Scene(RAMP, STEP, FROM_LEFT, **({"classification": "slab"} | parts))
 
 
 @given(st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))
@@ -80,7 +80,7 @@ def test_beside_the_volume_and_behind_the_eye_there_is_nothing() -> None:
 
 
 def test_of_an_isosurface_it_is_the_surface() -> None:
-    surface = Scene(RAMP, None, FROM_LEFT, mode="isosurface", isovalue=20.5)
+    surface = Scene(RAMP, None, FROM_LEFT, mode="isosurface", isovalue=20.5, classification="slab")
     found = probe.first_medium(surface, (0.0, 0.0))
     assert found is not None and found[0] == pytest.approx(51, abs=0.5)
 

@@ -21,7 +21,7 @@ from texvol.window.quality import Pace, moving_scene
 FULL = (800, 600)
 VOLUME = Volume(np.zeros((4, 4, 4), np.float32))
 FOG = TransferFunction([0.0, 1.0], np.ones((2, 3)), [0.0, 1.0])
-SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME))
+SCENE = Scene(VOLUME, FOG, Camera.framing(VOLUME), classification="slab")
 
 
 class Sketcher:
@@ -107,7 +107,7 @@ def test_what_moves_bakes_nothing_anew() -> None:
     mip = replace(SCENE, mode="mip")
     assert moving_scene(mip) is mip
     names = Volume(np.ones((4, 4, 4), np.uint8), labels=True)
-    assert moving_scene(Scene(names, FOG, SCENE.camera)).classification == "slab"
+    assert moving_scene(Scene(names, FOG, SCENE.camera, classification="slab")).classification == "slab"
 
 
 def test_what_is_new_is_moving_first_and_refined_when_it_stays() -> None:

@@ -84,7 +84,7 @@ PARTS: dict[str, dict[str, Any]] = {
 
 
 def scene_of(volume: texvol.Volume, name: str) -> Scene:
-    return replace(Scene(volume, FOG, camera("orthographic")), **PARTS[name])
+    return replace(Scene(volume, FOG, camera("orthographic"), classification="slab"), **PARTS[name])
 
 
 def document(scene: Scene, showing: Showing | None = None) -> Document:
@@ -124,7 +124,7 @@ def test_how_it_is_shown_is_written_too(volume: texvol.Volume, tmp_path: Path) -
 def test_how_the_volume_was_read_is_written_too(tmp_path: Path) -> None:
     (tmp_path / "v.raw").write_bytes(bytes(range(60)))
     how = {"shape": (3, 4, 5), "dtype": "uint8", "spacing": (THIRD, 1.0, 2.0)}
-    scene = Scene(texvol.load(str(tmp_path / "v.raw"), **how), FOG, camera("orthographic"))
+    scene = Scene(texvol.load(str(tmp_path / "v.raw"), **how), FOG, camera("orthographic"), classification="slab")
     saving.save_scene(str(tmp_path / "s.toml"), document(scene), SIZE)
     read = options.SceneOptions.of(scene=str(tmp_path / "s.toml")).load()
     assert (read.values == scene.volume.values).all() and (read.spacing == scene.volume.spacing).all()

@@ -30,6 +30,7 @@ def run(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend) as renderer:
         scene = demo_scene()
         picture = renderer.render(scene, (512, 512), sampling_rate=2)
+        scene = renderer.drawn_scene or scene
         metadata = scene_metadata("demo", scene, settings=renderer.settings, checksum=is_exact(arguments.output))
-        image.write(arguments.output, picture, {"texvol:renderer": renderer.renderer_name} | metadata)
+        image.write(arguments.output, picture, renderer.attributes | metadata)
         say(f"{Path(arguments.output).resolve()} drawn by {renderer.renderer_name} ({renderer.backend})")

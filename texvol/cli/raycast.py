@@ -42,6 +42,8 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
+    if scene.classification == "auto":
+        scene = scene.classified_as("post")  # whose integral it stands for; the header says what was computed
     picture = export.of(raycast(scene, size, texture_refinement=arguments.texture_refinement), scene, output)
     metadata = {"texvol:renderer": "ray casting, float64"}
     metadata |= export.metadata(scene_options.volume, scene, output)

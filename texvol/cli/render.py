@@ -74,8 +74,9 @@ def _add_textures(group: Any) -> None:
     """Add options of textures, target and device."""
     group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
     group.add_argument(
-        "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto", default=1,
-        help="texels of slab and extinction along an axis for a sample (1); auto: as many as show, and fit",
+        "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto",
+        help="texels of slab and extinction along an axis for a sample (1; auto for --classification auto); auto: as "
+        "many as show, and fit",
     )  # fmt: skip
     group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
     group.add_argument(
@@ -140,8 +141,9 @@ def run(arguments: argparse.Namespace) -> None:
         else:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
-        check, settings = renderer.check, renderer.settings
-        metadata = {"texvol:renderer": renderer.renderer_name} | (check.attributes if check else {})
+        check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
+        scene = renderer.drawn_scene or scene
+        metadata = renderer.attributes | (check.attributes if check else {})
     # Encoding begins after the textures are released: both need much memory.
     files = {}
     if picture is not None:
@@ -155,8 +157,9 @@ def run(arguments: argparse.Namespace) -> None:
         content = stats | {"seconds": seconds} | sequence_stats
         files[arguments.stats] = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
-    if check is not None and arguments.check:
-        say(check.sentence)
+    said = [check.sentence] if check is not None and arguments.check else []
+    for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
+        say(sentence)
 
 
 def _scene(

@@ -65,9 +65,9 @@ class MistakeTrial:
     def __init__(self, renderer: PlantedRenderer, stored: StoredScene, size: tuple[int, int]) -> None:
         self.renderer = renderer
         self.stored = stored
-        self.scene = stored.scene.completed(size)
         self.size = size
         self.right = renderer.render(stored.scene, size, **stored.settings)
+        self.scene = (renderer.drawn_scene or stored.scene).completed(size)
         self.settings = renderer.settings
 
     def draw(self, mistake: Planted | None = None, *, scene: Scene | None = None, **settings: Any) -> Pixels:

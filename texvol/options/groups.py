@@ -8,7 +8,7 @@ from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
 from texvol.scene.lighting import Lighting
-from texvol.scene.scene import CLASSIFICATIONS, COLORINGS, MODES
+from texvol.scene.scene import CLASSIFICATION_CHOICES, COLORINGS, MODES
 
 
 def _parts(text: str) -> tuple[str, ...]:
@@ -28,8 +28,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         (
             *LOOK,
             SceneOption(
-                "classification", texts.choice(*CLASSIFICATIONS), "KIND",
-                "slab (default), extinction, post or integrated",
+                "classification", texts.choice(*CLASSIFICATION_CHOICES), "KIND",
+                "slab, extinction, post, integrated or auto (default): slab where its whole error is at most 1/255 rms "
+                "or twice that of post, and it is no dearer; else post",
             ),
             *POSITION,
             SceneOption("size", texts.size, "WxH", "pixels (512x512)"),

@@ -197,7 +197,7 @@ class SceneOptions:
                 aspect=self.size[0] / self.size[1],
             ),
             chosen.get("background") or (0.0, 0.0, 0.0),
-            chosen.get("classification", "slab"),
+            chosen.get("classification", Scene.classification),
             lighting=self._lighting,
             gradient=chosen.get("gradient", CENTRAL),
             depth_cue=lit.depth_cue_of(chosen),

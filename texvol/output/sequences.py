@@ -20,7 +20,7 @@ from texvol.formats.films import film
 from texvol.formats.readers import TimeSeries
 from texvol.scene import orbit
 from texvol.scene.label_counts import label_counts
-from texvol.scene.scene import Scene
+from texvol.scene.scene import Classification, Scene
 from texvol.scene.volume import Volume
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ class Frames:
     count: int
     word: str  # noun for one of them: "view" or "time step"
     name: str  # file of the volume
+    views: int = 1  # number of pictures of each scene, from different sides
 
 
 def views(scene: Scene, count: int, name: str) -> Frames:
@@ -45,7 +46,7 @@ def views(scene: Scene, count: int, name: str) -> Frames:
     assert scene.camera is not None
     camera = scene.camera
     turned = (replace(scene, camera=orbit.turned(camera, 360 * i / count)) for i in range(count))
-    return Frames(turned, count, "view", name)
+    return Frames(turned, count, "view", name, views=count)
 
 
 def steps(scene: Scene, series: TimeSeries, placed: Callable[[Volume], Volume] = lambda volume: volume) -> Frames:
@@ -105,20 +106,23 @@ def draw_frames(
     fps: float | None = None,
 ) -> dict[str, Any]:
     """Draw and write all pictures; return their entries for `--stats`."""
-    metadata = {"texvol:renderer": renderer.renderer_name}
     estimate: dict[str, Any] = {}
+    classification: Classification | None = None  # of all pictures, once it is known
     start = after_first = time.perf_counter()
     with (
         film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
         _progress(frames) as show_progress,
     ):
         for number, scene in enumerate(frames.scenes):
-            picture = renderer.render(scene, size, **accuracy)
+            drawn = scene.classified_as(classification or scene.classification)
+            picture = renderer.render(drawn, size, views=frames.views, **accuracy)
             if number == 0:
                 accuracy, estimate = _kept(renderer, accuracy)
+                metadata, drawn = renderer.attributes, renderer.drawn_scene or scene
+                classification = drawn.classification
                 after_first = time.perf_counter()
-            shown = export.of(picture, scene, output)
-            writer.add(shown, metadata | export.metadata(frames.name, scene, output, renderer.settings))
+            shown = export.of(picture, drawn, output)
+            writer.add(shown, metadata | export.metadata(frames.name, drawn, output, renderer.settings))
             show_progress(number + 1)
         writer.finish()
     end = time.perf_counter()
@@ -131,8 +135,9 @@ def draw_frames(
 
 def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return the accuracy that was chosen for the first picture, and statistics of its estimated error if any."""
+    refinement = {"texture_refinement": renderer.settings["texture_refinement"]}
     if accuracy["max_error"] is None:
-        return accuracy, {}
+        return accuracy | refinement, {}
     names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
     kept = {"max_error": None, "of": "own"} | {name: renderer.settings[name] for name in names}
     return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}

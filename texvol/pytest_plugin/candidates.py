@@ -12,7 +12,7 @@ import numpy as np
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.pytest_plugin import repeats
-from texvol.scene.scene import Scene
+from texvol.scene.scene import Classification, Scene
 from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class Request:
     renderer: Renderer | None
     options: dict[str, Any]  # of `Renderer.render`
     of_any: tuple[str, ...] = ()  # options that are valid without a scene
+    drawn_as: tuple[Classification, int] | None = None  # classification and texture refinement of the reference
 
 
 class Maker:
@@ -149,8 +150,12 @@ class Maker:
             raise InputError("scene must be left out if picture is a scene")
         renderer = request.renderer or self.renderer()
         options = {"size": DEFAULT_SIZE} | request.options
+        if scene.classification == "auto" and request.drawn_as is not None:
+            # A choice that hangs on a limit must not make a difference of pictures.
+            classification, refinement = request.drawn_as
+            scene, options = scene.classified_as(classification), {"texture_refinement": refinement} | options
         pixels = renderer.render(scene, **options)
-        attributes = {DRIVER_ATTRIBUTE: renderer.renderer_name}
+        scene, attributes = renderer.drawn_scene or scene, renderer.attributes
         attributes |= scene_metadata(scene.volume.name, scene, settings=renderer.settings, checksum=True)
         picture = _labelled(Picture.of_array(pixels, request.name, attributes), request)
         return Candidate(picture, (), scene, renderer.settings, {}, renderer)

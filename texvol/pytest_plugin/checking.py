@@ -138,8 +138,8 @@ class _Run:
         __tracebackhide__ = True
         rules = Tables.read(self._limits_file).rules_for(self._name)
         self._reference = references.find(self._folder, self._name)
-        candidate = self._session.maker.candidate(thing, self._request)
-        return self._held_against(candidate, rules)
+        request = replace(self._request, drawn_as=self._reference.drawn_as)
+        return self._held_against(self._session.maker.candidate(thing, request), rules)
 
     def _held_against(self, candidate: Candidate, rules: Rules) -> Outcome:
         __tracebackhide__ = True

@@ -14,7 +14,10 @@ import numpy as np
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.pictures import image
+from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.pytest_plugin import repeats
+from texvol.scene.refinement import REFINEMENTS
+from texvol.scene.scene import CLASSIFICATIONS, Classification
 from texvol.util import fingerprint
 from texvol.util.errors import InputError
 from texvol.util.text_files import parsed_json
@@ -36,6 +39,16 @@ class Reference:
         """Read the picture; raise InputError if it can't be read."""
         picture = read_picture(self.path)
         return replace(picture, container=picture.attributes.get(CONTAINER_ATTRIBUTE, picture.container))
+
+    @property
+    def drawn_as(self) -> tuple[Classification, int] | None:
+        """Classification and texture refinement in the reference's header; None if it does not say."""
+        with suppress(InputError, KeyError, ValueError):
+            content = parsed_json(self.read().attributes[ATTRIBUTE], "the scene") if self.exists else None
+            if isinstance(content, dict) and content.get("classification") in CLASSIFICATIONS:
+                refinement = (content.get("settings") or {}).get("texture_refinement")
+                return content["classification"], refinement if refinement in REFINEMENTS else 1
+        return None
 
 
 def find(folder: Path, name: str) -> Reference:

@@ -237,6 +237,11 @@ def warn_of_lost_digits(lost: float) -> None:
         )
 
 
+def at_least(estimate: float | None, check: Check | None) -> float | None:
+    """Return the estimate, or the largest error of a checked pixel if that is larger."""
+    return estimate if check is None or estimate is None else max(estimate, check.largest_error)
+
+
 def held_against_oracle(
     picture: NDArray[np.float32],
     scene: CompleteScene,

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from texvol.rendering.error_control import DrawScene, Size, largest_difference
 from texvol.rendering.settings import Settings
 from texvol.scene.refinement import REFINEMENTS, beyond_refinement, refined_scene
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import Classification, CompleteScene
 from texvol.textures.refinement import chosen_refinement
 from texvol.util.errors import AccuracyWarning, InputError, NoRoomError
 
@@ -46,6 +46,20 @@ def model_error(
 
 
 @dataclass(frozen=True)
+class Classified:
+    """A choice of classification auto, and the reason in words: "its error of 1e-3 rms is at most 1/255"."""
+
+    classification: Classification
+    texture_refinement: int = 1
+    reason: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """Choice and reason: "slab, since its error of 1e-3 rms is at most 1/255"."""
+        return f"{self.classification}, since {self.reason}"
+
+
+@dataclass(frozen=True)
 class AskedOfModel:
     """Arguments of `Renderer.render` that decide how near the medium comes to that of `post`.
 
@@ -55,18 +69,22 @@ class AskedOfModel:
         If one of them is none of those that there are, or `of` is given without an error.
     """
 
-    texture_refinement: int | str
+    texture_refinement: int | str | None  # None: 1, but as many as auto needs
     max_error: float | None
     of: str
 
     def __post_init__(self) -> None:
         asked = self.texture_refinement
-        if asked != "auto" and (isinstance(asked, bool) or asked not in REFINEMENTS):
+        if asked is not None and asked != "auto" and (isinstance(asked, bool) or asked not in REFINEMENTS):
             raise InputError(f"texture refinement must be 1, 2, 4 or auto, got {asked!r}")
         if self.of not in ("own", "post"):
             raise InputError(f"of must be own or post, got {self.of!r}")
         if self.of == "post" and self.max_error is None:
             raise InputError("an error of post needs a maximum error, got none")
+
+    def settled(self, chosen: Classified | None) -> AskedOfModel:
+        """Return it with the refinement of a choice of classification auto, and 1 if none was asked for."""
+        return replace(self, texture_refinement=(chosen or self).texture_refinement or 1)
 
     def truth(self, unrefined: CompleteScene, drawn: CompleteScene) -> CompleteScene:
         """Return the scene whose integral the error is of."""
@@ -97,7 +115,7 @@ class AskedOfModel:
         if isinstance(self.texture_refinement, int):
             _check_room(scene, self.texture_refinement, budget)
         if self.of == "own" or self.max_error is None:
-            return self._shown(scene, settings.slab_thickness, budget), self.max_error
+            return self.shown(scene, settings.slab_thickness, budget), self.max_error
         if not has_model(scene):
             raise InputError("an error of post needs a single volume of values in mode composite")
         errors: dict[int, float] = {}
@@ -117,7 +135,8 @@ class AskedOfModel:
         )
         return best, self.max_error
 
-    def _shown(self, scene: CompleteScene, slab_thickness: float, budget: int) -> int:
+    def shown(self, scene: CompleteScene, slab_thickness: float, budget: int) -> int:
+        """Return the factor that shows in a picture of a slab thickness, world units, and that there is room for."""
         if isinstance(self.texture_refinement, int):
             return self.texture_refinement
         thickness = slab_thickness if slab_thickness > 0 else scene.smallest_spacing

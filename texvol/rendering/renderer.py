@@ -16,16 +16,17 @@ from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
 from texvol.opengl.texture_store import default_budget
 from texvol.rendering import checking, error_control
+from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.model_error import AskedOfModel, model_error
-from texvol.rendering.modelled import modelled
 from texvol.rendering.render import draw, over_background, read
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings, checked, checked_slicing, checked_target, checked_termination
+from texvol.rendering.stats import described
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.slabs import Slicing, slab_stacks, slabs_crossed
+from texvol.slicing.slabs import Slicing, slabs_crossed
 from texvol.textures import slab_texture
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError, check_type
@@ -84,6 +85,9 @@ class Renderer:
         self._unrefined: CompleteScene | None = None  # the last scene, before its volume was refined
         self._is_of_post = False  # True if the last picture was checked against the integral of post
         self._check: checking.Check | None = None  # of the last picture
+        self.drawn_scene: Scene | None = None  # the last scene, in the classification in which it was drawn
+        self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
+        self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
         self._error_search = ErrorSearch(self._noted, self._exactly, self._cache.rounding)
 
@@ -100,8 +104,9 @@ class Renderer:
         early_termination: float | None = None,
         skip_empty: bool = True,
         slicing: Slicing = "stacks",
-        texture_refinement: int | str = 1,
+        texture_refinement: int | str | None = None,
         of: str = "own",
+        views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
     ) -> NDArray[np.float32]:
@@ -138,7 +143,11 @@ class Renderer:
         texture_refinement : 1, 2, 4 or "auto"
             Texels along an axis for a sample of the volume, in classifications slab and extinction: their medium comes
             nearer to that of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures'
-            memory has room, and texels take at most some 0.3 seconds.
+            memory has room, and texels take at most some 0.3 seconds. By default 1; as in "auto" if a scene of
+            classification auto is drawn by slab.
+        views : int
+            Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
+            of them is no dearer.
         repeat : int
             Number of times to draw; `stats` has the median time.
         check : int or "all", optional
@@ -165,11 +174,14 @@ class Renderer:
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
         target = checked_target(target_format, scene.mode)
-        complete = scene.completed(size)
-        slicing = checked_slicing(slicing, complete)
         settings = Settings(wanted, texture_format, target, termination, skip_empty, slicing)
         asked = AskedOfModel(texture_refinement, max_error, of)
-        self._watch.seconds, self._stats, self._notes = {}, {}, {}
+        with self._context:
+            scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
+        self.drawn_scene, asked = scene, asked.settled(self.chosen)
+        complete = scene.completed(size)
+        checked_slicing(slicing, complete)
+        self._stats, self._notes = {}, {}
         self._estimate = self._model_error = self._check = None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:
@@ -238,12 +250,18 @@ class Renderer:
     @property
     def estimate(self) -> float | None:
         """Estimated error of the last picture if an error was requested; nothing is drawn to find it."""
-        return error_control.if_finite(self._at_least_as_checked(self._estimate))
+        return error_control.if_finite(checking.at_least(self._estimate, None if self._is_of_post else self._check))
 
     @property
     def check(self) -> checking.Check | None:
         """Check of the last picture against the oracle; None if no pixel was checked."""
         return self._check
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of the last picture's header: the driver, and the choice of classification auto."""
+        chosen = {"texvol:classification": self.chosen.sentence} if self.chosen else {}
+        return {"texvol:renderer": self.renderer_name} | chosen
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -317,42 +335,16 @@ class Renderer:
 
     def _metadata(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
-        counts = [medium.empty_space.counts for medium in self._cache.volumes] if settings.skips(scene) else [(0, 0)]
-        textures = [medium.textures for medium in self._cache.volumes]
-        cells, visible_cells = map(sum, zip(*counts, strict=True))
-        metadata = {
-            "renderer": self._context.renderer,
-            "backend": self._context.backend,
-            "size": list(size),
-            "slab_thickness": settings.slab_thickness,
-            "slabs": slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
-            "classification": scene.classification,
-            "texture_format": ", ".join(medium.baked.texel_format for medium in self._cache.volumes if medium.baked),
-            "halvings": self._cache.volumes[0].halvings(scene.volume),
-            "target_format": settings.target_format,
-            "slicing": settings.slicing,
-            "texture_refinement": settings.texture_refinement,
-            "bricks_total": sum(len(each.bricks) for each in textures),
-            "bricks_drawn": drawn,
-            "texture_bytes": sum(each.bytes for each in textures),
-            "cells_total": cells,
-            "cells_drawn": visible_cells,
-            "early_termination": settings.early_termination,
-            "modelled": modelled(scene),
-            "seconds": seconds,
-        }
+        metadata = described(self._context, self._cache, scene, size, settings)
+        metadata |= {"bricks_drawn": drawn, "seconds": seconds}
+        if self.chosen is not None:
+            metadata["classification_reason"] = self.chosen.sentence
         metadata["samples"], metadata["samples_total"] = self._samples(scene, size, settings)
-        estimate = self._at_least_as_checked(self._estimated_error(scene, size, settings))
+        estimated = self._estimated_error(scene, size, settings)
+        estimate = checking.at_least(estimated, None if self._is_of_post else self._check)
         metadata["estimated_error"] = error_control.if_finite(estimate)
         metadata["estimated_model_error"] = error_control.if_finite(self._model_error)
         return metadata | ({"check": self._check.metadata} if self._check else {})
-
-    def _at_least_as_checked(self, estimate: float | None) -> float | None:
-        """Return the estimate, or the largest error of a checked pixel if that is larger."""
-        checked = self._check is not None and not self._is_of_post
-        return (
-            max(estimate, self._check.largest_error) if checked and self._check and estimate is not None else estimate
-        )
 
     def _samples(self, scene: CompleteScene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
         """Count the sampled slabs by drawing once more, and the slabs that the rays cross in the box."""

@@ -21,8 +21,9 @@ from texvol.scene.transfer import NO_MEDIUM, TransferFunction, preset, proposed_
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, check_type
 
-Classification = Literal["slab", "extinction", "post", "integrated"]
-CLASSIFICATIONS: tuple[str, ...] = get_args(Classification)
+Classification = Literal["auto", "slab", "extinction", "post", "integrated"]
+CLASSIFICATION_CHOICES: tuple[str, ...] = get_args(Classification)
+CLASSIFICATIONS = CLASSIFICATION_CHOICES[1:]  # without auto, which becomes one of them
 Mode = Literal["composite", "xray", "mip", "minip", "average", "isosurface"]
 MODES: tuple[str, ...] = get_args(Mode)
 NUMBER_MODES = ("xray", "mip", "minip", "average")  # their pictures hold numbers, not colours
@@ -51,9 +52,10 @@ class Scene:
         By default the whole box is framed.
     background : (r, g, b)
         Linear light behind the volume; it adds (1 - opacity) times itself to each pixel.
-    classification : "slab", "extinction", "post" or "integrated"
-        Content of the 3D texture, see `slab_texture`. The first two apply the transfer function before interpolation,
-        the others after it.
+    classification : "auto", "slab", "extinction", "post" or "integrated"
+        Content of the 3D texture, see `slab_texture`. "slab" and "extinction" apply the transfer function before
+        interpolation, "post" and "integrated" after it. "auto" stands for the medium of "post", which a renderer draws
+        by "slab" where that is as good and no dearer.
     lighting : Lighting, optional
         Lights and reflection of the medium. Without it the medium shows its own colour.
     gradient : Estimator
@@ -93,7 +95,7 @@ class Scene:
     transfer_function: TransferFunction | None = None
     camera: Camera | None = None
     background: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    classification: Classification = "slab"
+    classification: Classification = "auto"
     lighting: Lighting | None = None
     gradient: Estimator = CENTRAL
     depth_cue: DepthCue | None = None
@@ -114,7 +116,7 @@ class Scene:
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background must be three numbers of at least 0, got {self.background!r}")
         object.__setattr__(self, "background", tuple(background.astype(np.float64).tolist()))
-        for name, known in (("classification", CLASSIFICATIONS), ("mode", MODES), ("coloring", COLORINGS)):
+        for name, known in (("classification", CLASSIFICATION_CHOICES), ("mode", MODES), ("coloring", COLORINGS)):
             if (chosen := getattr(self, name)) not in known:
                 raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")
         self._check_isovalue()
@@ -181,8 +183,19 @@ class Scene:
         # An isosurface without a transfer function has a colour of its own; other pictures of numbers are grey.
         if self.mode == "composite" or (self.mode in NUMBER_MODES and self.coloring == "tf"):
             parts["transfer_function"] = self.transfer_function or proposed_for(self.volume)
+        if self.classification == "auto":
+            parts["classification"] = "post"
         parts["added"] = tuple(replace(each, transfer_function=each.medium) for each in self.added)
         return CompleteScene(**parts)
+
+    def classified_as(self, classification: Classification) -> Scene:
+        """Return the scene in another classification; the same object every time."""
+        if classification == self.classification:
+            return self
+        known: dict[str, Scene] = self.__dict__.setdefault("_classified", {})
+        if classification not in known:
+            known[classification] = replace(self, classification=classification)
+        return known[classification]
 
     @property
     def cutting(self) -> Cutting:

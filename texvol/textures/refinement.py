@@ -40,11 +40,16 @@ def chosen_refinement(scene: CompleteScene, slab_thickness: float, most_bytes: f
     possible = [each for each in REFINEMENTS if each == 1 or volume.values.size * each**3 <= room]
     if possible == [1]:
         return 1
-    discretisation = rms(discretisation_per_voxel(volume, scene.medium, scene.classification, slab_thickness))
+    of_slabs = discretisation_per_voxel(volume, scene.medium, scene.classification, slab_thickness)
+    if not of_slabs.size:
+        return 1
+    discretisation = rms(of_slabs)
     voxels = float(np.mean(volume.dimensions))
     errors: dict[int, float] = {}
     for factor in possible:
         moved = model_error_per_voxel(volume, scene.medium, factor)
+        if not moved.size:
+            return 1
         # What has one sign along a ray adds up over all voxels, what has not over the root of their number.
         errors[factor] = rms(moved) + float(np.abs(moved.mean(axis=0)).max(initial=0.0)) * np.sqrt(voxels)
         if errors[factor] <= max(_HIDDEN * discretisation, _ROUNDING):

@@ -117,6 +117,9 @@ class JobRunner:
     def paint(self, job: Job) -> None:
         """Do a job; send one final answer, or none if a newer job arrives."""
 
+        # Pictures at rest are drawn for a maximum error, so that auto is post.
+        if job.scene.classification == "auto":
+            job = replace(job, scene=job.scene.classified_as("post"))
         self._renderer.interruptible(None if job.kind == "move" else partial(self._check, job))
         try:
             {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind](job)

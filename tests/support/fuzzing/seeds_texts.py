@@ -129,9 +129,18 @@ def _scenes() -> Iterator[Scene]:
     clip = (ClipPlane((1, 0, 0), 1.0),)
     further = Volume(VALUES * 2, (2, 2, 2), name="w.npy", source={"path": "w.npy", "spacing": [2, 2, 2]})
     mask = Mask(VALUES / 60, "m.npy", {"path": "m.npy"})
-    yield Scene(volume, MEDIUM, camera, lighting=lighting, clip=clip, crop=((0, 4), (0, 6), (0, 8)), mask=mask)
+    yield Scene(
+        volume,
+        MEDIUM,
+        camera,
+        lighting=lighting,
+        clip=clip,
+        crop=((0, 4), (0, 6), (0, 8)),
+        mask=mask,
+        classification="slab",
+    )
     yield Scene(volume, MEDIUM, camera, added=(AddedVolume(further, MEDIUM),), classification="post")
-    yield Scene(volume, None, camera, mode="isosurface", isovalue=20.5, depth_cue=DepthCue(0.5))
+    yield Scene(volume, None, camera, mode="isosurface", isovalue=20.5, depth_cue=DepthCue(0.5), classification="slab")
 
 
 def _header(scene: Scene) -> str:

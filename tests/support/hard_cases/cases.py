@@ -174,10 +174,12 @@ def kinds_of_values() -> Iterator[HardCase]:
     hole, infinite = (_with_one(ramp(), odd) for odd in (np.nan, np.inf))
     for kind in CLASSIFICATIONS:
         scenes = {
-            "values 1e9 ± 1 in float64": Scene(far, linear_medium(far, values=(1e9 - 1, 1e9 + 1))),
-            "constant volume": Scene(flat, linear_medium(flat)),
-            "a NaN": Scene(hole, linear_medium(hole)),
-            "an infinity": Scene(infinite, linear_medium(infinite)),
+            "values 1e9 ± 1 in float64": Scene(
+                far, linear_medium(far, values=(1e9 - 1, 1e9 + 1)), classification="slab"
+            ),
+            "constant volume": Scene(flat, linear_medium(flat), classification="slab"),
+            "a NaN": Scene(hole, linear_medium(hole), classification="slab"),
+            "an infinity": Scene(infinite, linear_medium(infinite), classification="slab"),
         }
         for name, plain in scenes.items():
             camera = Camera.framing(plain.volume, "perspective")
@@ -190,7 +192,9 @@ def kinds_of_values() -> Iterator[HardCase]:
                     slack = "each layer of cells is taken to twist as its worst cell, all one way"
                 yield HardCase(f"{name}, {kind}", scene, bounds.trilinear, LINEAR, 1.0, slack=slack)
                 continue
-            tau = bounds.extinction_of_samples(Scene(ramp(), linear_medium(ramp())))[4:7, 3:6, 3:6]
+            tau = bounds.extinction_of_samples(Scene(ramp(), linear_medium(ramp()), classification="slab"))[
+                4:7, 3:6, 3:6
+            ]
             jump = tau.max() if name == "a NaN" else linear_medium(ramp()).extinctions[-1] - tau.min()
             bound = partial(bounds.jumping, around=ramp(), jump=jump)
             why = f"matter jumps by {jump:.2g} where the sample's cells begin and end: p/2 of that each; {LINEAR}"

@@ -105,7 +105,7 @@ def _scene(random: Random, mode: str, words: list[str], far_off: bool) -> Scene:
         parts["mask"] = _mask(random, volume, words)
     if _chance(random, 0.3) and mode in ("composite", "isosurface"):
         parts["background"] = tuple(float(each) for each in random.random(3))
-    return Scene(volume, **parts)
+    return Scene(volume, **({"classification": "slab"} | parts))
 
 
 def _base(random: Random, words: list[str]) -> NDArray[np.float64]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from texvol.scene.air import AIR, HOUNSFIELD, air_in_8_bits
 from texvol.scene.display import possible_range
-from texvol.scene.scene import CLASSIFICATIONS, COLORINGS, MODES, NUMBER_MODES, Scene
+from texvol.scene.scene import CLASSIFICATION_CHOICES, COLORINGS, MODES, NUMBER_MODES, Scene
 from texvol.window import editing
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
@@ -20,7 +20,7 @@ def show(desk: Desk, scene: Scene) -> None:
         desk.change(**editing.with_mode(scene, mode))
         return
     if scene.mode == "composite":
-        desk.change(classification=parts.choice("classification", scene.classification, CLASSIFICATIONS))
+        desk.change(classification=parts.choice("classification", scene.classification, CLASSIFICATION_CHOICES))
     if scene.mode == "isosurface" and scene.isovalue is not None:
         desk.change("isovalue", isovalue=parts.slider("isovalue", scene.isovalue, *_range(scene)))
     if scene.mode == "xray":

@@ -1,0 +1,40 @@
+"""Report of a picture in JSON types: what was drawn, in which slabs, textures and seconds."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from texvol.opengl.contexts import Context
+from texvol.rendering.modelled import modelled
+from texvol.rendering.scene_cache import SceneCache
+from texvol.rendering.settings import Settings
+from texvol.scene.scene import CompleteScene
+from texvol.slicing.slabs import slab_stacks
+
+
+def described(
+    context: Context, cache: SceneCache, scene: CompleteScene, size: tuple[int, int], settings: Settings
+) -> dict[str, Any]:
+    """Return the entries of `--stats` that say what was drawn; those that a draw has to measure are not in it."""
+    counts = [medium.empty_space.counts for medium in cache.volumes] if settings.skips(scene) else [(0, 0)]
+    textures = [medium.textures for medium in cache.volumes]
+    cells, visible_cells = map(sum, zip(*counts, strict=True))
+    return {
+        "renderer": context.renderer,
+        "backend": context.backend,
+        "size": list(size),
+        "slab_thickness": settings.slab_thickness,
+        "slabs": slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
+        "classification": scene.classification,
+        "texture_format": ", ".join(medium.baked.texel_format for medium in cache.volumes if medium.baked),
+        "halvings": cache.volumes[0].halvings(scene.volume),
+        "target_format": settings.target_format,
+        "slicing": settings.slicing,
+        "texture_refinement": settings.texture_refinement,
+        "bricks_total": sum(len(each.bricks) for each in textures),
+        "texture_bytes": sum(each.bytes for each in textures),
+        "cells_total": cells,
+        "cells_drawn": visible_cells,
+        "early_termination": settings.early_termination,
+        "modelled": modelled(scene),
+    }
