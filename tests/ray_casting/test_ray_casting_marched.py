@@ -64,7 +64,7 @@ def random_scene(seed: int, classification: Any, **more: Any) -> Scene:
         classification,
         mask=mask,
         added=tuple(added),
-        **({"classification": "slab"} | more),
+        **more,
     )
 
 

@@ -137,7 +137,7 @@ def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
 
     height, width = outcome.reference.pixels.shape[:2]
     form = CommonForm.of_pair(outcome.candidate, outcome.reference)
-    return form.of_truth(raycast(stored.scene, (width, height)), stored)
+    return form.of_truth(raycast(stored.scene, (width, height), texture_refinement=stored.texture_refinement), stored)
 
 
 def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:

@@ -63,6 +63,11 @@ class StoredScene:
         """True if the pixels of the picture are data, not light."""
         return self.scene.mode in NUMBER_MODES
 
+    @property
+    def texture_refinement(self) -> int:
+        """Refinement of the texels whose medium the picture shows."""
+        return int(self.settings.get("texture_refinement", 1))
+
     def in_eight_bits(self, picture: NDArray) -> NDArray[np.float64]:
         """Return the picture as an 8-bit file shows it: colours in [0, 1], linear, premultiplied."""
         if self.shows_numbers:

@@ -150,9 +150,9 @@ class Maker:
             raise InputError("scene must be left out if picture is a scene")
         renderer = request.renderer or self.renderer()
         options = {"size": DEFAULT_SIZE} | request.options
-        if scene.classification == "auto" and request.drawn_as is not None:
+        if scene.classification == "auto":
             # A choice that hangs on a limit must not make a difference of pictures.
-            classification, refinement = request.drawn_as
+            classification, refinement = request.drawn_as or ("post", 1)
             scene, options = scene.classified_as(classification), {"texture_refinement": refinement} | options
         pixels = renderer.render(scene, **options)
         scene, attributes = renderer.drawn_scene or scene, renderer.attributes

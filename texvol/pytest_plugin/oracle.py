@@ -23,6 +23,7 @@ from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
 from texvol.rendering import error_control
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.refinement import refined_scene
 from texvol.util.errors import InputError, missing_extra
 
 if TYPE_CHECKING:
@@ -66,6 +67,9 @@ def examined(candidate: Candidate, options: Mapping[str, Any], maker: Maker, nam
     scene = candidate.scene
     if scene is None:
         raise InputError(f"picture {name!r}: oracle=True needs a scene; pass a scene, or scene=")
+    if (refinement := candidate.settings.get("texture_refinement", 1)) > 1:
+        # The medium of refined texels is that of the refined volume.
+        scene = refined_scene(scene.completed(candidate.size), refinement)
     numbers = scene.mode in NUMBER_MODES
     if numbers and candidate.picture.whole_numbers:
         raise InputError(f"picture {name!r}: a picture of mode {scene.mode} must hold floats, got whole numbers")

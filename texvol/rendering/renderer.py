@@ -173,16 +173,15 @@ class Renderer:
             raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
-        target = checked_target(target_format, scene.mode)
-        settings = Settings(wanted, texture_format, target, termination, skip_empty, slicing)
+        formats = texture_format, checked_target(target_format, scene.mode)
+        settings = Settings(wanted, *formats, termination, skip_empty, slicing)
         asked = AskedOfModel(texture_refinement, max_error, of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
-        self._stats, self._notes = {}, {}
-        self._estimate = self._model_error = self._check = None
+        self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:
             factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
