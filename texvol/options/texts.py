@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.scene.cutting import ClipPlane, Range, checked_crop
 from texvol.util.errors import InputError
@@ -170,6 +171,11 @@ def index(text: str) -> int:
     if not re.fullmatch(r"\s*\+?\d{1,18}\s*", text):
         raise argparse.ArgumentTypeError(f"must be a whole number of at least 0, got {text!r}")
     return int(text)
+
+
+def channel(text: str) -> int | str:
+    """Return a channel, at least 0, or "magnitude"."""
+    return MAGNITUDE if text.strip().lower() == MAGNITUDE else index(text)
 
 
 def time_step(text: str) -> int | str:

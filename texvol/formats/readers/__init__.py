@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import Literal
 
 from texvol.formats.readers.detection import FORMATS
 from texvol.formats.readers.loading import ARGUMENTS, checked, read, volume_of
@@ -25,7 +26,7 @@ def load(
     dtype: str | None = None,
     spacing: Sequence[float] | None = None,
     series: str | int | None = None,
-    channel: int | None = None,
+    channel: int | Literal["magnitude"] | None = None,
     time: int | None = None,
     variable: str | None = None,
     resolution: Sequence[int] | None = None,
@@ -48,8 +49,11 @@ def load(
         Distance of samples in world units, instead of the file's.
     series : str or int
         Which DICOM series of a folder: its UID, number or description.
-    channel, time : int
-        Which channel and time step of a file with more than three axes, from 0.
+    channel : int or "magnitude"
+        Which channel of a file with more than three axes, or component of its vectors, from 0; or the length of the
+        vectors.
+    time : int
+        Which time step, from 0.
     variable : str
         Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars.
     resolution : (nx, ny, nz)

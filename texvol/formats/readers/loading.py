@@ -5,10 +5,12 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from functools import partial
 from importlib import import_module
 from typing import Any
 
 from texvol.formats.readers.detection import RESAMPLED, format_of
+from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.volume import Volume
@@ -27,6 +29,10 @@ def checked(name: str, choice: Choice) -> Choice:
         missing = marks_of(choice.missing)
         if choice.color and choice.labels:
             raise FileFault("samples can't be both labels and colours: give --labels or --color")
+        if isinstance(choice.channel, str) and choice.channel != MAGNITUDE:
+            raise FileFault(f"channel must be a number or {MAGNITUDE}, got {choice.channel!r}")
+        if choice.labels and choice.channel == MAGNITUDE:
+            raise FileFault(f"labels have no magnitude: give --labels or --channel {MAGNITUDE}")
         if choice.color and choice.channel is not None:
             raise FileFault("a single channel has no colour: give --channel or --color")
         if missing and choice.labels:
@@ -54,13 +60,18 @@ def read(name: str, choice: Choice) -> Samples:
         kind = format_of(name, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
     with named_faults(name, kind, "formats"), quiet:
-        samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
-        if choice.missing and samples.colors is not None:
-            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-        if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
-            return samples
-        values, notes = without_chosen(samples.values, choice)
-        return samples._replace(values=values, notes=(*samples.notes, *notes))
+        read_one = partial(_read, name, kind)
+        return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
+
+
+def _read(name: str, kind: str, choice: Choice) -> Samples:
+    samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
+    if choice.missing and samples.colors is not None:
+        raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
+    if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
+        return samples
+    values, notes = without_chosen(samples.values, choice)
+    return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:

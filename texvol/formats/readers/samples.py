@@ -22,6 +22,10 @@ class FileFault(Exception):
     """Fault of the file being read, without the file's name, which `load` adds."""
 
 
+class NoChannel(FileFault):
+    """Choice of a channel that does not exist."""
+
+
 class TimeSteps(Exception):
     """Number of time steps of a file, its argument; raised by a reader if `Choice.counting`."""
 
@@ -36,7 +40,7 @@ class Choice(NamedTuple):
     shape: Sequence[int] | None = None
     dtype: str | None = None
     series: Any = None
-    channel: int | None = None
+    channel: Any = None  # a number; readers never get "magnitude"
     time: int | None = None
     variable: str | None = None
     resolution: Sequence[int] | None = None
@@ -162,14 +166,18 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
             continue
         if not names:
             options = {"T": "--time", "C": "--channel"}.get(axis, "--channel")
-            raise FileFault(f"has {len(sizes)} axes ({_listed(axes, sizes)}); choose one with {options} 0..{size - 1}")
+            length = "" if options == "--time" else ", or the length of its vectors with --channel magnitude"
+            raise FileFault(
+                f"has {len(sizes)} axes ({_listed(axes, sizes)}); choose one with {options} 0..{size - 1}{length}"
+            )
         chosen = wanted.pop(names[0])
         if chosen is None or not 0 <= chosen < size:
             raise out_of_range(names[0], chosen, size)
         index.append(chosen)
     for name, chosen in wanted.items():
         if chosen:
-            raise FileFault(f"{_OPTIONS[name]} {chosen}: the file has no {_NAMES[name]} axis ({_listed(axes, sizes)})")
+            kind = NoChannel if name == "C" else FileFault
+            raise kind(f"{_OPTIONS[name]} {chosen}: the file has no {_NAMES[name]} axis ({_listed(axes, sizes)})")
     if [axis for axis in axes if axis in "ZYX"] != list("ZYX"):
         spatial = [size for axis, size in zip(axes, sizes, strict=True) if axis in "ZYX"]
         raise FileFault(f"must have 3 axes, got {len(spatial)} ({by(spatial[::-1])})")
@@ -190,7 +198,8 @@ def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
 def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
     """Return the fault of a choice along "C" or "T" that does not exist."""
     plural = "" if size == 1 else "s"
-    return FileFault(f"{_OPTIONS[axis]} must be in 0..{size - 1}, got {chosen}: it has {size} {_COUNTED[axis]}{plural}")
+    kind = NoChannel if axis == "C" else FileFault
+    return kind(f"{_OPTIONS[axis]} must be in 0..{size - 1}, got {chosen}: it has {size} {_COUNTED[axis]}{plural}")
 
 
 _OPTIONS = {"C": "--channel", "T": "--time"}
