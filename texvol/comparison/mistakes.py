@@ -189,7 +189,7 @@ def _linear_opacity(trial: MistakeTrial) -> Pixels:
     trial.needs_medium()
     scene = trial.scene
     # Rays through several volumes, or from label to label, are walked piece by piece.
-    if scene.classification != "slab" or scene.added or scene.volume.labels:
+    if scene.classification != "slab" or scene.added or scene.volume.nearest:
         return trial.draw(Planted((LINEAR_OPACITY,)))
     medium = linear_in_depth(scene.medium, float(trial.settings["slab_thickness"]))
     return trial.draw(scene=replace(scene, transfer_function=medium))

@@ -78,7 +78,7 @@ class Method(ABC):
             "geometry": bool(scene.geometry),
             "a mask": scene.mask is not None,
             "added volumes": bool(scene.added),
-            "labels": scene.volume.labels,
+            "labels or blocks": scene.volume.nearest,
             "colours of samples": scene.volume.colors is not None,
             "air": scene.air is not None,
             "missing samples": scene.volume.has_missing,

@@ -41,7 +41,7 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
         units |= {f"{name}_{number}": texture for name, texture in drawn.samplers(brick).items()}
         own = volume_uniforms(drawing, drawn, brick)
-        if drawn.volume.labels:
+        if drawn.volume.nearest:
             own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
         if drawn.skips is not None:
             own["cells_per_box"] = drawn.cells_per_box
@@ -66,7 +66,7 @@ def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:
     }
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
         own = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(math.inf, 1.0) | volume_switches(drawn, brick)
-        own["FACES"] = int(drawn.volume.labels)
+        own["FACES"] = int(drawn.volume.nearest)
         for other in ("WHOLE_SLABS", "SHALLOW"):
             own.pop(other)
         switches["HALVES"] |= int(own["CLASSIFICATION"] == 3)

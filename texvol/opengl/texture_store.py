@@ -114,7 +114,7 @@ class TextureStore:
         """
         if not same(texels, self._texels):
             self._drawn.clear()
-        layout = (volume.dimensions, baked.formats, volume.labels)
+        layout = (volume.dimensions, baked.formats, volume.nearest)
         bricks = self._cut(volume, _bytes_of(baked), margin, alone)
         if layout != self._layout or bricks != self.bricks:
             self.release()
@@ -192,7 +192,7 @@ class TextureStore:
         textures: dict[str, moderngl.Texture3D] = {}
         try:
             for name, (texel_format, components) in baked.formats.items():
-                textures[name] = self._texture(brick.texture_size, texel_format, components, baked.volume.labels)
+                textures[name] = self._texture(brick.texture_size, texel_format, components, baked.volume.nearest)
         except InputError:
             for texture in textures.values():
                 texture.release()

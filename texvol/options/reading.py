@@ -28,6 +28,7 @@ _OPTIONS = (
         "samples of the regular grid to which a rectilinear or curvilinear grid is resampled",
     ),
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
+    SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),
     SceneOption(
         "missing", texts.sample_value, "V",

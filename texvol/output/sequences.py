@@ -90,6 +90,7 @@ def _like(first: Volume, values: NDArray) -> Volume:
         value_unit=first.value_unit,
         name=first.name,
         labels=first.labels,
+        blocks=first.blocks,
         colors=first.colors,
     )
 

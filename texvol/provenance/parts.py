@@ -26,7 +26,7 @@ _NUMBER = (int, float)
 # Types of the arguments with which a volume is read again.
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
 SOURCE |= {"variable": str, "resolution": list, "missing": list}
-SOURCE |= {"channel": (int, str), "time": int, "labels": bool, "color": bool}
+SOURCE |= {"channel": (int, str), "time": int, "labels": bool, "blocks": bool, "color": bool}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "str": str, "bool": bool, "int": int}[str(each.type)] for each in fields(Settings)

@@ -42,7 +42,7 @@ from texvol.util.version import __version__
 ATTRIBUTE = "texvol:scene"
 FORMAT = 2
 BY_TRANSFER_FUNCTION = "transfer function"
-LABELS, COLORS = "labels", "colors"  # kinds of samples, where they are not values
+LABELS, BLOCKS, COLORS = "labels", "blocks", "colors"  # kinds of samples, where they are not values
 _CHECKSUMS: WeakKeyDictionary[Volume | Mask, str] = WeakKeyDictionary()
 
 
@@ -101,7 +101,7 @@ def checksum_of_mesh(mesh: Mesh) -> str:
 
 def kind_of(volume: Volume) -> str:
     """Return the kind of samples."""
-    return COLORS if volume.colors is not None else LABELS if volume.labels else ""
+    return COLORS if volume.colors is not None else LABELS if volume.labels else BLOCKS if volume.blocks else ""
 
 
 def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from texvol.provenance import parts
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import COLORS, LABELS, checksum_of, kind_of
+from texvol.provenance.scene_metadata import BLOCKS, COLORS, LABELS, checksum_of, kind_of
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
@@ -163,7 +163,7 @@ def _same_volume(metadata: Metadata, volume: Volume) -> Volume:
     _check_position(metadata, volume, "spacing", (3,), volume.smallest_spacing)
     _check_position(metadata, volume, "origin", (3,), float(volume.spacing.max() + np.abs(volume.origin).max()))
     _check_position(metadata, volume, "direction", (3, 3), float(np.abs(volume.direction).max()))
-    kind = metadata.part("kind", lambda each: parts.word(each, LABELS, COLORS)) or ""
+    kind = metadata.part("kind", lambda each: parts.word(each, LABELS, BLOCKS, COLORS)) or ""
     if kind != kind_of(volume):
         then, since = (each or "values" for each in (kind, kind_of(volume)))
         raise metadata.fault(f"needs a volume of {then}, got {since} in {volume.name}")

@@ -61,7 +61,7 @@ def can_draw(scene: Scene) -> bool:
 def _is_plain(scene: CompleteScene) -> bool:
     """True if a volume's medium is finite, smooth between samples, and depends on the value alone."""
     volume, medium = scene.volume, scene.medium
-    if volume.labels or medium.needs_gradient:
+    if volume.nearest or medium.needs_gradient:
         return False
     return bool(np.isfinite(medium.extinctions).all() and np.isfinite(volume.values).all())
 

@@ -85,7 +85,7 @@ class Medium:
         if scene.needs_gradient:
             self.slopes = gradients(self.volume, scene.gradient).astype(np.float64)
         before = scene.classification in ("slab", "extinction") or self.volume.colors is not None
-        self.samples = self._classified_samples() if before and not self.volume.labels else None
+        self.samples = self._classified_samples() if before and not self.volume.nearest else None
 
     def at(self, positions: Numbers) -> Numbers:
         """Return emission and extinction (n, 4): 0 outside the box, which ends half a sample beyond the samples."""
@@ -97,7 +97,7 @@ class Medium:
         return glow
 
     def _at(self, index: Numbers, positions: Numbers) -> Numbers:
-        if self.volume.labels:  # the nearest sample counts
+        if self.volume.nearest:  # the nearest sample counts
             x, y, z = np.clip(np.floor(index + 0.5).astype(int), 0, np.array(self.volume.dimensions) - 1).T
             glow = self._classified(self.values[z, y, x], self.slopes[z, y, x], positions)
             return self.weights[z, y, x, np.newaxis] * glow

@@ -105,7 +105,7 @@ def _timed(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
 
 def _kind_of(scene: Scene) -> tuple[object, ...]:
     """Return what decides which functions are compiled for a scene."""
-    volumes = tuple((each.values.dtype, each.labels, each.colors is None) for each in scene.volumes)
+    volumes = tuple((each.values.dtype, each.nearest, each.colors is None) for each in scene.volumes)
     masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
     graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient
     lit = (scene.lighting is not None, scene.depth_cue is not None, graded, scene.cutting.caps)
@@ -184,7 +184,7 @@ def tracer_for(scene: CompleteScene) -> Trace:
     `lit` and `several` are imported, and compiled, when the first scene needs them.
     """
     volume = scene.volume
-    if scene.added or scene.mask is not None or volume.labels or volume.colors is not None:
+    if scene.added or scene.mask is not None or volume.nearest or volume.colors is not None:
         from texvol.ray_casting.several import tracer as several
 
         # Rays are found from the first volume's centre, which may be far from the other volumes.

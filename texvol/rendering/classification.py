@@ -106,8 +106,8 @@ def _obvious(scene: Scene, settings: Settings, asked: AskedOfModel) -> Classifie
         return Classified("slab", _factor(asked), "slicing wilson draws its texture")
     if scene.mode != "composite":
         return Classified("post", reason=f"mode {scene.mode} shows values")
-    if scene.volume.labels or scene.volume.colors is not None:
-        what = "labels" if scene.volume.labels else "colours"
+    if scene.volume.nearest or scene.volume.colors is not None:
+        what = "labels" if scene.volume.labels else "blocks" if scene.volume.blocks else "colours"
         return Classified("slab", reason=f"{what} belong to samples")
     if scene.added:
         return Classified("post", reason="of several volumes extinctions add up, and opacities do not")

@@ -25,7 +25,7 @@ PRECLASSIFIED = ("slab", "extinction")
 
 def has_model(scene: CompleteScene) -> bool:
     """True if the scene can be drawn by `post` as well, which its own medium then stands for."""
-    plain = not scene.added and not scene.volume.labels and scene.volume.colors is None
+    plain = not scene.added and not scene.volume.nearest and scene.volume.colors is None
     return scene.mode == "composite" and plain
 
 

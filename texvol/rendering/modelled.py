@@ -19,6 +19,7 @@ def modelled(scene: CompleteScene) -> list[str]:
         "mask": scene.mask is not None or any(each.mask is not None for each in scene.added),
         "several volumes": bool(scene.added),
         "labels": any(volume.labels for volume in scene.volumes),
+        "blocks": any(volume.blocks for volume in scene.volumes),
         "colours": any(volume.colors is not None for volume in scene.volumes),
     }
     if scene.geometry:

@@ -120,7 +120,7 @@ def draw(compositor: Compositor, drawing: Drawing, surfaces: Surfaces | None, ta
             continue
         for brick in bricks.visibility_order(shown, drawn.volume, drawing.view.camera):
             # Labels change between samples: the program for several volumes cuts rays where they do.
-            if drawn.volume.labels:
+            if drawn.volume.nearest:
                 draw_together(compositor, interval, [brick], shown[brick])
             else:
                 draw_brick(compositor, interval, brick, shown[brick])

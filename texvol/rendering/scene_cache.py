@@ -142,7 +142,7 @@ def _stored(scene: CompleteScene) -> CompleteScene:
     of their own are classified before.
     """
     if scene.mode == "composite":
-        if scene.volume.labels:
+        if scene.volume.nearest:
             return replace(scene, classification="post")
         if scene.volume.colors is not None and scene.classification in ("post", "integrated"):
             return replace(scene, classification="extinction")

@@ -104,6 +104,7 @@ def checked_slicing(slicing: Slicing, scene: CompleteScene) -> Slicing:
     beyond = {
         "several volumes": bool(scene.added),
         "labels": scene.volume.labels,
+        "blocks": scene.volume.blocks,
         f"mode {scene.mode}": scene.mode != "composite",
     }
     beyond_wilson = {

@@ -188,4 +188,4 @@ def _has_exact_values(baked: BakedTexture) -> bool:
     if not isinstance(baked, ValueTexture):
         return False
     vouches = baked.storage.vouches_for_itself(baked.volume)
-    return baked.volume.labels or (baked.estimator is None and baked.steps is None and vouches)
+    return baked.volume.nearest or (baked.estimator is None and baked.steps is None and vouches)

@@ -104,7 +104,7 @@ def _check_drawable(scene: Scene, medium: TransferFunction) -> None:
     """Raise VtkError if VTK would draw another picture."""
     if scene.added or scene.mask is not None:
         raise VtkError("VTK draws scenes of several volumes, and masks, differently")
-    if scene.volume.labels or scene.volume.colors is not None:
+    if scene.volume.nearest or scene.volume.colors is not None:
         raise VtkError("VTK interpolates labels, and has no samples with colours")
     if medium.emissive:
         raise VtkError("VTK has no emission apart from extinction")

@@ -40,7 +40,7 @@ class LoneExtreme(NamedTuple):
 
 def lone_extremes(volume: Volume) -> tuple[LoneExtreme, ...]:
     """Return the finite values of a volume that lie far from all others, smallest first; none of labels and colours."""
-    if volume.labels or volume.colors is not None or _spread_over_range(volume):
+    if volume.nearest or volume.colors is not None or _spread_over_range(volume):
         return ()
     values = volume.values
     lowest, highest = _ends(values, lowest=True), _ends(values, lowest=False)[::-1]

@@ -73,6 +73,7 @@ def beyond_refinement(scene: CompleteScene) -> str:
         f"classification {scene.classification}": scene.classification not in ("slab", "extinction"),
         "several volumes": bool(scene.added),
         "labels": volume.labels,
+        "blocks": volume.blocks,
         "colours": volume.colors is not None,
         "light": scene.lighting is not None,
         "matter that depends on the gradient": scene.medium.needs_gradient,

@@ -251,8 +251,8 @@ class Scene:
             check_type("scene: each of added", each, AddedVolume)
         if self.added and self.mode != "composite":
             raise InputError(f"scene: added volumes need mode composite, got mode {self.mode}")
-        if self.mode != "composite" and any(volume.colors is not None or volume.labels for volume in self.volumes):
-            raise InputError(f"scene: volumes of colours or labels need mode composite, got mode {self.mode}")
+        if self.mode != "composite" and any(volume.colors is not None or volume.nearest for volume in self.volumes):
+            raise InputError(f"scene: volumes of colours, labels or blocks need mode composite, got mode {self.mode}")
         without = replace(self, added=(), geometry=()) if self.added else self
         for each in self.added:
             replace(without, **_own_parts(each))  # checked like any scene

@@ -59,6 +59,8 @@ class Volume(KeepsArrays):
         What a reader chose, for people.
     labels : bool
         Whether values are names of what is there, whole numbers: between samples the value is the nearest one's.
+    blocks : bool
+        True if samples are blocks, not points of a field: the value anywhere is the nearest sample's.
     colors : array of shape (nz, ny, nx, 3), optional
         Straight colour of each sample, linear RGB from 0 to 1; the values are then how much of it there is. Matter has
         its colour times that of the transfer function, and is interpolated after it is classified, always.
@@ -85,6 +87,7 @@ class Volume(KeepsArrays):
         resampling: Mapping[str, Any] | None = None,
         notes: Sequence[str] = (),
         labels: bool = False,
+        blocks: bool = False,
         colors: ArrayLike | None = None,
     ) -> None:
         self.name = name
@@ -98,10 +101,12 @@ class Volume(KeepsArrays):
         self.spacing = _positive(_triple(spacing, "spacing", name), name)
         self.origin = _triple(origin, "origin", name)
         self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
-        self.labels = labels
+        self.labels, self.blocks = labels, blocks
         self.colors = None if colors is None else _sample_colors(colors, self.values, name)
         if labels:
             _check_labels(self.values, self.colors, name)
+        if blocks and colors is not None:
+            raise InputError(f"{name}: a volume must have blocks or colors, got both")
         # Of a file nobody else has the samples.
         self._unchanged = Unchanged(*() if source else ((self.values, values), (self.colors, colors)))
 
@@ -142,6 +147,11 @@ class Volume(KeepsArrays):
         Pictures ask for it; see `texvol.util.kept_arrays`.
         """
         self._unchanged.check(self.name, "samples")
+
+    @property
+    def nearest(self) -> bool:
+        """True if values are not interpolated: between samples the value is the nearest sample's."""
+        return self.labels or self.blocks
 
     @property
     def dimensions(self) -> tuple[int, int, int]:

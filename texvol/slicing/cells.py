@@ -78,7 +78,7 @@ class Cells:
         neighbours, so that it is no larger than the range of the values within its reach. Where samples are missing,
         or values are labels, nothing is said.
         """
-        if volume.has_missing or volume.labels:
+        if volume.has_missing or volume.nearest:
             return np.full(self.lowest.shape, np.inf)
         lowest, highest = self.lowest.astype(np.float64), self.highest.astype(np.float64)
         for _ in range(-(-reach // min(self.size))):

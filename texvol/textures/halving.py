@@ -69,7 +69,7 @@ def is_plain(scene: CompleteScene) -> bool:
     volume, medium = scene.volume, scene.medium
     if scene.mode != "composite" or scene.geometry or scene.mask is not None or scene.cutting.caps:
         return False
-    if scene.lighting is not None or medium.needs_gradient or volume.labels or volume.colors is not None:
+    if scene.lighting is not None or medium.needs_gradient or volume.nearest or volume.colors is not None:
         return False
     # Last of all what takes a look at every value.
     if np.isinf(medium.extinctions).any() or volume.has_missing or volume.value_range is None:

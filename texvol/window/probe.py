@@ -83,7 +83,7 @@ def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
     index = (points - volume.origin) @ volume.index_from_world.T
     inside = ((index >= -0.5) & (index <= counts - 0.5)).all(axis=1)
     index = np.clip(index, 0, counts - 1)
-    if volume.labels:
+    if volume.nearest:
         x, y, z = np.rint(index).astype(int).T
         return np.where(inside, volume.values[z, y, x].astype(np.float64), np.nan)
     low = np.minimum(index.astype(int), np.maximum(counts - 2, 0))

@@ -31,6 +31,7 @@ def load(
     variable: str | None = None,
     resolution: Sequence[int] | None = None,
     labels: bool = False,
+    blocks: bool = False,
     color: bool | None = None,
     missing: float | Sequence[float] | None = None,
 ) -> Volume:
@@ -61,6 +62,8 @@ def load(
         needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
     labels : bool
         Whether its values are labels, names of what is there: see `Volume`.
+    blocks : bool
+        True if samples are blocks: between them the value is the nearest one's.
     color : bool, optional
         Whether 3 or 4 components are colours, and a fourth opacity: see `Volume`. Unless told, they are where the file
         calls them so and no channel is chosen. Whole numbers are taken as sRGB, floats as linear.
@@ -81,6 +84,6 @@ def load(
         If the library for this format is not installed.
     """
     name = os.fspath(path)
-    told = Choice(shape, dtype, series, channel, time, variable, resolution, spacing, labels, color, missing)
+    told = Choice(shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing)
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)

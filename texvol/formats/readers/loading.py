@@ -33,6 +33,8 @@ def checked(name: str, choice: Choice) -> Choice:
             raise FileFault(f"channel must be a number or {MAGNITUDE}, got {choice.channel!r}")
         if choice.labels and choice.channel == MAGNITUDE:
             raise FileFault(f"labels have no magnitude: give --labels or --channel {MAGNITUDE}")
+        if choice.blocks and choice.color:
+            raise FileFault("blocks have no colours of their own: give --blocks or --color")
         if choice.color and choice.channel is not None:
             raise FileFault("a single channel has no colour: give --channel or --color")
         if missing and choice.labels:
@@ -42,6 +44,7 @@ def checked(name: str, choice: Choice) -> Choice:
             series=None if choice.series is None else str(choice.series),
             resolution=None if choice.resolution is None else tuple(choice.resolution),
             labels=bool(choice.labels),
+            blocks=bool(choice.blocks),
             missing=missing,
         )
 
@@ -79,13 +82,13 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
     fields = {key: thing for key, thing in samples._asdict().items() if key not in ("times", "time_unit")}
     if choice.spacing is not None:
         fields["spacing"] = choice.spacing
-    return Volume(**fields, name=name, source=_source(name, choice), labels=choice.labels)
+    return Volume(**fields, name=name, source=_source(name, choice), labels=choice.labels, blocks=choice.blocks)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:
     """Return the arguments with which the volume is read again."""
     told = {name: getattr(choice, name) for name in ARGUMENTS}
-    told["labels"] = choice.labels or None
+    told["labels"], told["blocks"] = choice.labels or None, choice.blocks or None
     told["missing"] = list(choice.missing) or None
     told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
     position = {"path": path, "absolute": os.path.abspath(path)}

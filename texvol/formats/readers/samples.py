@@ -46,6 +46,7 @@ class Choice(NamedTuple):
     resolution: Sequence[int] | None = None
     spacing: Sequence[float] | None = None
     labels: bool = False
+    blocks: bool = False
     color: bool | None = None
     missing: Any = ()
     counting: bool = False

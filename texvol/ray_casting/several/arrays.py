@@ -87,7 +87,7 @@ def several(
 
 
 def _kind(scene: Scene) -> int:
-    if scene.volume.labels:
+    if scene.volume.nearest:
         return LABELS
     before = scene.classification in ("slab", "extinction") or scene.volume.colors is not None
     return PRECLASSIFIED if before else POSTCLASSIFIED
