@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import time
+from collections.abc import Iterator
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.cli.common import add_depth, check_outputs
 from texvol.formats.pictures import depth as depth_picture
@@ -12,7 +17,9 @@ from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.output.export import PictureExport, is_exact
 from texvol.scene.refinement import REFINEMENTS
+from texvol.scene.scene import Scene
 from texvol.util import writing
+from texvol.util.terminal import status_line
 
 
 def add_raycast(commands: Any) -> None:
@@ -26,17 +33,20 @@ def add_raycast(commands: Any) -> None:
         "--texture-refinement", type=int, choices=REFINEMENTS, metavar="1|2|4", default=1,
         help="the medium of slab and extinction is that of a grid so many times finer (1)",
     )  # fmt: skip
+    parser.add_argument(
+        "--progressive", action="store_true",
+        help="write a coarse picture first, and finer ones in its place; an interruption keeps the last of them",
+    )  # fmt: skip
     parser.set_defaults(run=run)
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Ray cast the scene and write the picture."""
+    """Ray cast the scene and write the picture, or with --progressive pictures that become finer."""
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
     check_outputs(arguments, scene_options)
     scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
 
-    from texvol.ray_casting import raycast
     from texvol.ray_casting.projection import isosurface_depth
 
     size, output = scene_options.size, arguments.output
@@ -44,10 +54,28 @@ def run(arguments: argparse.Namespace) -> None:
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
     if scene.classification == "auto":
         scene = scene.classified_as("post")  # whose integral it stands for; the header says what was computed
-    picture = export.of(raycast(scene, size, texture_refinement=arguments.texture_refinement), scene, output)
-    metadata = {"texvol:renderer": "ray casting, float64"}
-    metadata |= export.metadata(scene_options.volume, scene, output)
-    files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}
-    if arguments.depth:
-        files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))
-    writing.write_files(files)
+    for picture, is_last in _pictures(scene, size, arguments.texture_refinement):
+        if not (is_last or arguments.progressive):
+            continue
+        shown = export.of(picture, scene, output)
+        metadata = {"texvol:renderer": "ray casting, float64"}
+        metadata |= export.metadata(scene_options.volume, scene, output) if is_last else {}
+        files = {output: image.encoded(output, shown, metadata, transparent=scene_options.transparent)}
+        if arguments.depth and is_last:
+            files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))
+        writing.write_files(files)
+
+
+def _pictures(scene: Scene, size: tuple[int, int], refinement: int) -> Iterator[tuple[NDArray[np.float64], bool]]:
+    """Yield pictures from coarse to exact, and True with the last; show the progress on a terminal."""
+    from texvol.ray_casting import raycast_progressively
+
+    with status_line() as show:
+        start = time.perf_counter()
+
+        def tell(fraction: float) -> None:
+            left = (time.perf_counter() - start) * (1 / fraction - 1)
+            show(f"texvol: {100 * fraction:.0f} % of the pixels, {left:.0f} s left")
+
+        for step, picture in raycast_progressively(scene, size, texture_refinement=refinement, tell=tell):
+            yield picture, step == 1

@@ -6,10 +6,8 @@ are used for all, so that nothing flickers.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +20,7 @@ from texvol.scene import orbit
 from texvol.scene.label_counts import label_counts
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.volume import Volume
+from texvol.util.terminal import status_line
 
 if TYPE_CHECKING:
     from texvol.output.export import PictureExport
@@ -112,7 +111,7 @@ def draw_frames(
     start = after_first = time.perf_counter()
     with (
         film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
-        _progress(frames) as show_progress,
+        status_line() as show,
     ):
         for number, scene in enumerate(frames.scenes):
             drawn = scene.classified_as(classification or scene.classification)
@@ -124,7 +123,7 @@ def draw_frames(
                 after_first = time.perf_counter()
             shown = export.of(picture, drawn, output)
             writer.add(shown, metadata | export.metadata(frames.name, drawn, output, renderer.settings))
-            show_progress(number + 1)
+            show(f"texvol: {frames.word} {number + 1} of {frames.count}")
         writer.finish()
     end = time.perf_counter()
     return {
@@ -142,22 +141,3 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
     names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
     kept = {"max_error": None, "of": "own"} | {name: renderer.settings[name] for name in names}
     return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
-
-
-@contextmanager
-def _progress(frames: Frames) -> Iterator[Callable[[int], None]]:
-    """Yield a function that shows the number of pictures done on a terminal; the line is erased at the end."""
-    is_terminal = sys.stderr is not None and sys.stderr.isatty()
-    text = ""
-
-    def show(done: int) -> None:
-        nonlocal text
-        if is_terminal:
-            text = f"texvol: {frames.word} {done} of {frames.count}"
-            print(f"\r{text}", end="", file=sys.stderr, flush=True)
-
-    try:
-        yield show
-    finally:
-        if text:
-            print(f"\r{' ' * len(text)}\r", end="", file=sys.stderr, flush=True)

@@ -22,6 +22,6 @@ The oracle shares no sampling code with the renderer; both start from the same s
 
 from __future__ import annotations
 
-from texvol.ray_casting.raycast import raycast, raycast_pixels, seconds_per_pixel
+from texvol.ray_casting.raycast import raycast, raycast_pixels, raycast_progressively, seconds_per_pixel
 
-__all__ = ["raycast", "raycast_pixels", "seconds_per_pixel"]
+__all__ = ["raycast", "raycast_pixels", "raycast_progressively", "seconds_per_pixel"]

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +40,7 @@ from texvol.ray_casting.common.rays import (
     position_rounding,
     rays_in,
     rays_of,
+    transformed,
 )
 from texvol.ray_casting.plain import tracer as plain
 from texvol.scene.lighting import casts_shadows
@@ -51,6 +53,9 @@ if TYPE_CHECKING:
 
 _PACE: dict[tuple[object, ...], float] = {}  # least seconds per pixel of each kind of scene, so far
 _SHORT = 2.0**-26  # of a cap, in smallest spacings: half of float64's digits are left for the optical depth
+_STEPS = (8, 4, 2, 1)  # pixels between two of a progressive picture
+Tell = Callable[[float], None]
+Draw = Callable[[Choose, Tell], Numbers]
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
 
 
@@ -94,10 +99,62 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
     return _timed(scene, checked_size(size), lambda array: array[rows, columns][:, np.newaxis])[:, 0]
 
 
+def raycast_progressively(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    *,
+    texture_refinement: int = 1,
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> Iterator[tuple[int, Numbers]]:
+    """Yield four pictures, from coarse to that of `raycast`, bit for bit; each pixel is computed once.
+
+    With each comes the distance of its pixels along both axes: 8, 4, 2 and 1. A pixel that is not there yet has the
+    colour of the next one above it and to its left.
+
+    Parameters
+    ----------
+    tell : callable
+        Is told again and again what fraction of the last picture's pixels is there.
+
+    Raises
+    ------
+    InputError
+        As `raycast`.
+    """
+    size = width, height = checked_size(size)
+    complete = refined_scene(scene.completed(size), texture_refinement)
+    complete.check_unchanged()
+    draw, picture, done = _drawer(complete, size), np.zeros((height, width, 4)), 0
+
+    def draw_lattice(row: int, column: int, apart: int) -> int:
+        """Draw pixels that are `apart`, and return their number."""
+        lattice = slice(row, None, apart), slice(column, None, apart)
+        count = picture[lattice].shape[0] * picture[lattice].shape[1]
+        if count:
+            picture[lattice] = draw(
+                lambda array: array[lattice], lambda fraction: tell((done + fraction * count) / (width * height))
+            )
+        return count
+
+    for step in _STEPS:
+        for row, column, apart in _lattices(step):
+            done += draw_lattice(row, column, apart)
+        yield step, np.repeat(np.repeat(picture[::step, ::step], step, 0), step, 1)[:height, :width]
+
+
+def _lattices(step: int) -> Iterator[tuple[int, int, int]]:
+    """Yield first row, first column and distance of the pixels that a picture of that step adds."""
+    if step == _STEPS[0]:
+        yield 0, 0, step
+        return
+    for row, column in ((0, step), (step, 0), (step, step)):
+        yield row, column, 2 * step
+
+
 def _timed(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
     scene.check_unchanged()
     start = time.perf_counter()
-    picture = _raycast(scene.completed(size), size, choose)
+    picture = _drawer(scene.completed(size), size)(choose, lambda fraction: None)
     kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
     _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
     return picture
@@ -118,12 +175,16 @@ def seconds_per_pixel(scene: Scene) -> float | None:
     return _PACE.get(_kind_of(scene))
 
 
-def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Numbers:
+def _drawer(scene: CompleteScene, size: tuple[int, int]) -> Draw:
+    """Return the function that draws chosen pixels, and tells what fraction of them is done."""
     if scene.mode != "composite":
         from texvol.ray_casting.projection.pictures import project
 
-        return project(scene, size, choose)
-    trace = tracer_for(scene)
+        return partial(project, scene, size)
+    return partial(_draw, scene, size, tracer_for(scene))
+
+
+def _draw(scene: CompleteScene, size: tuple[int, int], trace: Trace, choose: Choose, tell: Tell) -> Numbers:
     eyes, directions = map(choose, scene.camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
     surfaces = _surfaces(scene, size, choose)
@@ -142,7 +203,7 @@ def _raycast(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Num
         layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
         _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
 
-    over_rows(trace_rows, len(picture))
+    over_rows(trace_rows, len(picture), tell)
     optical_depth = picture[..., 3].copy()
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
@@ -240,8 +301,8 @@ def _rays_of_volumes(scene: Scene, rays: Rays) -> Iterator[tuple[Volume, Numbers
     first = scene.volume
     yield first, rays.start, rays.step
     if scene.added:
-        to_world = first.world_from_index.T
-        nearest, directions = (rays.start - middle_of(first)) @ to_world, rays.step @ to_world
+        nearest = transformed(rays.start - middle_of(first), first.world_from_index)
+        directions = transformed(rays.step, first.world_from_index)
         for each in scene.added:
             yield each.volume, *rays_in(each.volume, first, nearest, directions)
 

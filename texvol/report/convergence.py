@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from texvol.comparison import Difference, compare
 from texvol.rendering.renderer import Renderer, Size
-from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
 from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.util.errors import AccuracyWarning, InputError, MissingExtraError
 
@@ -112,16 +112,30 @@ class Truths:
     refined: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)  # pre-classified, by texture refinement
 
     @classmethod
-    def of(cls, scene: Scene, size: Size, refinements: Iterable[int] = ()) -> Truths:
-        """Return both integrals of `scene` in a picture of `size`, and those of refined textures."""
+    def of(
+        cls,
+        scene: Scene,
+        size: Size,
+        refinements: Iterable[int] = (),
+        tell: Callable[[float], None] = lambda fraction: None,
+    ) -> Truths:
+        """Return both integrals of `scene` in a picture of `size`, and those of refined textures.
+
+        `tell` is told again and again what fraction of the picture that is being computed is there.
+        """
         start = time.perf_counter()
         try:
-            from texvol.ray_casting import raycast
+            from texvol.ray_casting import raycast_progressively
         except MissingExtraError as error:
             return cls(None, None, reason=str(error))
-        before, after = (raycast(replace(scene, classification=each), size) for each in ("slab", "post"))
-        slab = replace(scene, classification="slab")
-        refined = {each: raycast(slab, size, texture_refinement=each) for each in refinements}
+
+        def truth(classification: Classification, refinement: int = 1) -> NDArray[np.float64]:
+            of_kind = replace(scene, classification=classification)
+            *_, (_, picture) = raycast_progressively(of_kind, size, texture_refinement=refinement, tell=tell)
+            return picture
+
+        before, after = truth("slab"), truth("post")
+        refined = {each: truth("slab", each) for each in refinements}
         return cls(before, after, time.perf_counter() - start, refined=refined)
 
     def of_setting(self, setting: Setting) -> NDArray[np.float64] | None:

@@ -6,6 +6,7 @@ import datetime
 import os
 import time
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +95,7 @@ def measure(
     busy = os.getloadavg()[0]
     progress.say("integrating both media exactly")
     refinement = _refinement(renderer, scene, size)
-    truths = Truths.of(scene, size, [refinement] if refinement > 1 else [])
+    truths = Truths.of(scene, size, [refinement] if refinement > 1 else [], partial(_tell, progress))
     picture = renderer.render(scene, size)
     findings = Findings(scene, size, truths, fingerprint(renderer), command, picture, date)
     if busy > _BUSY:
@@ -140,6 +141,10 @@ def fingerprint(renderer: Renderer) -> dict[str, str]:
         **machine(),
         "load before": f"{os.getloadavg()[0]:.1f} processes running, on average over a minute",
     }
+
+
+def _tell(progress: Progress, fraction: float) -> None:
+    progress.now(f"integrating exactly: {100 * fraction:.0f} % of the pixels")
 
 
 def _ask(findings: Findings, renderer: Renderer, progress: Progress, also: tuple[Classification, ...]) -> None:

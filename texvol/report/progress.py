@@ -49,6 +49,11 @@ class Progress:
         else:
             complain(what)
 
+    def now(self, what: str) -> None:
+        """Show how far the current step is, on a terminal only."""
+        if self._bar is not None:
+            self._bar.update(self._task, description=one_line(what, _LONGEST_LINE))
+
     def step(self, what: str) -> None:
         """Count a finished step, and show its result."""
         self._done += 1

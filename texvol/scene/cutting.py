@@ -98,7 +98,8 @@ class Cutting:
         first = np.full(nearest.shape[:-1], -np.inf)
         last = np.full(nearest.shape[:-1], np.inf)
         for normal, distance in zip(*self.half_spaces(volume), strict=True):
-            height, rise = nearest @ normal - distance, directions @ normal
+            # Not as a product of matrices, whose rounding depends on the number of rays.
+            height, rise = (nearest * normal).sum(axis=-1) - distance, (directions * normal).sum(axis=-1)
             with np.errstate(divide="ignore", invalid="ignore"):
                 meets = -height / rise
             first = np.where(rise > 0, np.maximum(first, meets), first)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import IO
 
@@ -33,6 +33,25 @@ def complain(text: object) -> None:
     """Print one line of limited length on stderr."""
     if sys.stderr is not None:
         print(f"texvol: {one_line(text, _LONGEST_MESSAGE)}", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def status_line() -> Iterator[Callable[[str], None]]:
+    """Yield a function that shows a line on a terminal, in place of the one before; the line is erased at the end."""
+    is_terminal = sys.stderr is not None and sys.stderr.isatty()
+    text = ""
+
+    def show(now: str) -> None:
+        nonlocal text
+        if is_terminal and now != text:
+            print(f"\r{now.ljust(len(text))}", end="", file=sys.stderr, flush=True)
+            text = now
+
+    try:
+        yield show
+    finally:
+        if text:
+            print(f"\r{' ' * len(text)}\r", end="", file=sys.stderr, flush=True)
 
 
 def library_reason(error: object) -> str:

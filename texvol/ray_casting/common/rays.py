@@ -40,10 +40,11 @@ def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> Rays:
     from_centre = eyes - volume.centre
     eye = (from_centre * directions).sum(axis=-1)
     nearest = from_centre - eye[..., np.newaxis] * directions
-    to_index = volume.index_from_world.T
+    to_index = volume.index_from_world
     first, last = scene.cutting.interval(volume, nearest, directions)
     ends = np.stack([np.maximum(first, eye), last], axis=-1)
-    return Rays(nearest @ to_index + middle_of(volume), directions @ to_index, eye, ends, directions)
+    start = transformed(nearest, to_index) + middle_of(volume)
+    return Rays(start, transformed(directions, to_index), eye, ends, directions)
 
 
 def position_rounding(volume: Volume, eye: tuple[float, float, float] | Numbers) -> Numbers:
@@ -72,15 +73,28 @@ def centre_from(first: Volume, volume: Volume) -> Numbers:
 
 def rays_in(volume: Volume, first: Volume, nearest: Numbers, directions: Numbers) -> tuple[Numbers, Numbers]:
     """Return starts and steps, in a volume's index space, of rays centre of `first` + `nearest` + s `directions`."""
-    to_index = volume.index_from_world.T
-    return (nearest - centre_from(first, volume)) @ to_index + middle_of(volume), directions @ to_index
+    to_index = volume.index_from_world
+    start = transformed(nearest - centre_from(first, volume), to_index) + middle_of(volume)
+    return start, transformed(directions, to_index)
 
 
-def over_rows(trace_rows: Callable[[slice], None], height: int) -> None:
-    """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads."""
+def transformed(vectors: Numbers, matrix: Numbers) -> Numbers:
+    """Return `matrix` times vectors, shape (…, 3), rounded alike in an array of any shape.
+
+    A matrix product of many vectors may be rounded otherwise than that of a few.
+    """
+    x, y, z = (vectors[..., axis, np.newaxis] * matrix[:, axis] for axis in range(3))
+    return x + y + z
+
+
+def over_rows(
+    trace_rows: Callable[[slice], None], height: int, tell: Callable[[float], None] = lambda fraction: None
+) -> None:
+    """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads; `tell` what fraction is done."""
     threads = ThreadPoolExecutor()
     try:
-        for _ in threads.map(trace_rows, (slice(row, row + ROWS_AT_ONCE) for row in range(0, height, ROWS_AT_ONCE))):
-            pass
+        parts = [slice(row, min(row + ROWS_AT_ONCE, height)) for row in range(0, height, ROWS_AT_ONCE)]
+        for part, _ in zip(parts, threads.map(trace_rows, parts), strict=True):
+            tell(part.stop / height)
     finally:
         threads.shutdown(cancel_futures=True)

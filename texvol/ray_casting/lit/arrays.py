@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from texvol.ray_casting.common.compiling import woven_in
 from texvol.ray_casting.common.medium import Medium, medium_of
-from texvol.ray_casting.common.rays import Rays, centre_from, middle_of
+from texvol.ray_casting.common.rays import Rays, centre_from, middle_of, transformed
 from texvol.ray_casting.lit.roots import HIGHEST_DEGREE, ROW, STACK_ROWS
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
@@ -277,8 +277,8 @@ def workspace_for(most_cuts: int, most_chosen: int) -> Workspace:
 
 def world_rays(rays: Rays, volume: Volume, middle: Numbers, camera: Camera) -> Numbers:
     """Return the 11 numbers of a `Ray` for each of `rays`; `middle` is the index of the centre of the first volume."""
-    nearest = (rays.start - middle) @ volume.world_from_index.T
-    along = (rays.direction @ camera.forward)[..., np.newaxis]
+    nearest = transformed(rays.start - middle, volume.world_from_index)
+    along = (rays.direction * camera.forward).sum(axis=-1, keepdims=True)
     return np.concatenate([nearest, rays.direction, -rays.direction, rays.eye[..., np.newaxis], along], axis=-1)
 
 

@@ -12,10 +12,21 @@ Samples that a mask hides are NaN.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, rays_of
+from texvol.ray_casting.common.rays import (
+    Choose,
+    Numbers,
+    Rays,
+    middle_of,
+    over_rows,
+    position_rounding,
+    rays_of,
+    transformed,
+)
 from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
@@ -34,7 +45,12 @@ _KINDS = {
 }
 
 
-def project(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = lambda array: array) -> Numbers:
+def project(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    choose: Choose = lambda array: array,
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> Numbers:
     """Return the picture of a projection mode, shape (height, width, 4), row 0 on top; or rows of chosen pixels.
 
     In xray, mip, minip and average, R, G and B are the value itself, in data units (times world units for xray), and A
@@ -47,7 +63,7 @@ def project(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = l
         If the mode is composite, or the size is not at least one pixel in each direction.
     """
     scene = scene.completed(checked_size(size))
-    rays, numbers = _traced(scene, size, choose)
+    rays, numbers = _traced(scene, size, choose, tell)
     number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
         picture = _surface_picture(scene, rays, number, length >= 0)
@@ -83,7 +99,9 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Number
     return np.where(numbers[..., 1] >= 0, _depth(scene, rays, numbers[..., 0]), np.inf)
 
 
-def _traced(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> tuple[Rays, Numbers]:
+def _traced(
+    scene: CompleteScene, size: tuple[int, int], choose: Choose, tell: Callable[[float], None] = lambda fraction: None
+) -> tuple[Rays, Numbers]:
     """Return the rays of a picture, and the numbers of `project_rays` for each, shape (height, width, 2)."""
     if scene.mode not in _KINDS:
         raise InputError(f"mode must be one of {', '.join(_KINDS)} for a projection, got {scene.mode}")
@@ -101,13 +119,13 @@ def _traced(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> tupl
         start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
         project_rays(values, kind, sign, level, start, step, ends, rounding, np.empty(8), numbers[rows])
 
-    over_rows(trace_rows, len(numbers))
+    over_rows(trace_rows, len(numbers), tell)
     return rays, numbers
 
 
 def _depth(scene: CompleteScene, rays: Rays, s: Numbers) -> Numbers:
     along_view = scene.volume.world_from_index.T @ scene.camera.forward
-    return (s - rays.eye) * (rays.step @ along_view)
+    return (s - rays.eye) * (rays.step * along_view).sum(axis=-1)
 
 
 def _surface_picture(scene: CompleteScene, rays: Rays, s: Numbers, hit: NDArray[np.bool_]) -> Numbers:
@@ -119,8 +137,8 @@ def _surface_picture(scene: CompleteScene, rays: Rays, s: Numbers, hit: NDArray[
         return picture
     volume = scene.volume
     index = rays.start[hit] + s[hit][:, np.newaxis] * rays.step[hit]
-    from_centre = (index - (np.array(volume.dimensions) - 1) / 2) @ volume.world_from_index.T
-    to_eye = -rays.step[hit] @ volume.world_from_index.T
+    from_centre = transformed(index - middle_of(volume), volume.world_from_index)
+    to_eye = -transformed(rays.step[hit], volume.world_from_index)
     gradients = gradients_at(volume, scene.gradient, index)
     diffuse, specular = reflected(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
     color = isosurface_color(scene) * diffuse + specular

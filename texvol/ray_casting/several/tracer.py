@@ -13,7 +13,7 @@ import numpy as np
 
 from texvol.ray_casting.common.compiling import compiled_and_cached, sources, uncounted, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
-from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in
+from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in, transformed
 from texvol.ray_casting.common.walk import clipped, first_cell, next_cell, walk
 from texvol.ray_casting.lit.arrays import Ray, world_rays
 from texvol.ray_casting.lit.cuts import most_cuts
@@ -130,7 +130,7 @@ def tracer(scene: CompleteScene, rounding: Numbers, transmittances: Sequence[Num
     def trace(rays: Rays, picture: Numbers) -> None:
         in_world = world_rays(rays, volumes[0], lit[0].middle, scene.camera)
         # The rays of all volumes come from the same numbers, so that equal grids have equal faces.
-        nearest = (rays.start - lit[0].middle) @ volumes[0].world_from_index.T
+        nearest = transformed(rays.start - lit[0].middle, volumes[0].world_from_index)
         of_volumes = [rays_in(volume, volumes[0], nearest, rays.direction) for volume in volumes]
         starts, steps = (np.stack(each, axis=-2) for each in zip(*of_volumes, strict=True))
         workspace = several_workspace(len(volumes), cuts, most_chosen)
