@@ -216,6 +216,8 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     if arguments.check and (arguments.orbit is not None or scene_options.all_times):
         raise InputError("--check needs a single picture: leave --orbit and --time all out")
+    if arguments.orbit is not None and scene_options.has_depth_in:
+        raise InputError("--depth-in is of a single view: leave --orbit out")
     if arguments.orbit is not None and arguments.repeat > 1:
         raise InputError("--repeat draws one view several times and --orbit draws several views: give one of them")
     film_formats.check_rate(arguments.output, arguments.fps)

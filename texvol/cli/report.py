@@ -35,6 +35,8 @@ def run(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     if scene_options.mode != "composite":
         raise InputError(f"--mode must be composite in a report, got {scene_options.mode}")
+    if scene_options.has_depth_in:
+        raise InputError("--depth-in is of a single picture: leave it out of a report")
     report.check_folder(arguments.output)
     report.check_libraries()
     scene = scene_options.scene(scene_options.load())

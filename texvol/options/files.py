@@ -1,4 +1,4 @@
-"""Options that name a further file of a scene: --transform, --mask and --mesh.
+"""Options that name a further file of a scene: --transform, --mask, --mesh and --depth-in.
 
 The files are read when the volume that they belong to has been read; until then an option is a choice: a path, and the
 numbers behind the path.
@@ -17,8 +17,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.pictures import depth
 from texvol.geometry import load_mesh
 from texvol.options import texts
+from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.spaces import turned
@@ -170,6 +172,17 @@ def _checked_fade(choice: MaskChoice) -> MaskChoice:
     if choice.fade is not None and not (np.isfinite(choice.fade).all() and choice.fade[0] != choice.fade[1]):
         raise argparse.ArgumentTypeError(f"LOW,HIGH must be two different finite numbers, got {choice.fade}")
     return choice
+
+
+class DepthChoice(NamedTuple):
+    """File of a depth picture."""
+
+    path: str
+
+    def load(self) -> DepthPicture:
+        """Return the depths; raise InputError if the file can't be read."""
+        source = {"path": self.path, "absolute": os.path.abspath(self.path)}
+        return DepthPicture(depth.read(self.path), self.path, source)
 
 
 class MeshChoice(NamedTuple):

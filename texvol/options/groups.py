@@ -128,6 +128,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "replace those of the file; repeat it for more meshes",
                 files.mesh_table,
             ),
+            SceneOption(
+                "depth-in", files.DepthChoice, "FILE.exr",
+                "depths of another renderer's picture of the same view, as of --depth, channel Z: what lies behind is "
+                "left out",
+            ),
         ),
     ),
     (

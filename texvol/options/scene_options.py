@@ -131,6 +131,11 @@ class SceneOptions:
         return "eye" in self._chosen or "height" in self._chosen
 
     @property
+    def has_depth_in(self) -> bool:
+        """True if a depth picture is given, which is of one view and size."""
+        return "depth-in" in self._chosen
+
+    @property
     def transfer_function(self) -> str | None:
         """Transfer function as given: the name of a preset, or a path."""
         return self._chosen.get("tf")
@@ -211,6 +216,7 @@ class SceneOptions:
             geometry=files.meshes(chosen.get("mesh", ())),
             mask=volume_options.masked(chosen, volume),
             added=added,
+            depth=chosen["depth-in"].load() if "depth-in" in chosen else None,
         )
 
     def _air(self, volume: Volume, in_8_bits: bool) -> Air:

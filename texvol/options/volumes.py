@@ -183,7 +183,7 @@ def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
     if isinstance(value, AddedChoice):
         return AddedChoice(str(Path(folder) / value.file), beside(value.chosen, folder))
     names_file = isinstance(value, files.TransformChoice) and bool(value.path)
-    if names_file or isinstance(value, files.MaskChoice | files.MeshChoice):
+    if names_file or isinstance(value, files.MaskChoice | files.MeshChoice | files.DepthChoice):
         return value._replace(path=str(Path(folder) / value.path))
     return value
 

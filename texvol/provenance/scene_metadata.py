@@ -32,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.added_volume import AddedVolume
+from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.mask import Mask
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Lines, Mesh
@@ -162,7 +163,13 @@ def _shown(scene: Scene) -> dict[str, Any]:
         clip=[asdict(plane) for plane in scene.clip] or None,
         crop=scene.crop,
         caps=scene.caps or None,
+        depth_in=None if scene.depth is None else depth_metadata(scene.depth),
     )
+
+
+def depth_metadata(depth: DepthPicture) -> dict[str, Any]:
+    """Return the header's entry for a depth picture."""
+    return {"name": depth.name, "source": dict(depth.source), "checksum": _crc32_of(depth.array)}
 
 
 def _geometry(geometry: Iterable[Mesh | Lines]) -> list[dict[str, Any]]:

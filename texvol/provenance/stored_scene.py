@@ -14,15 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.pictures import depth
 from texvol.provenance import parts
 from texvol.provenance.geometry import geometry_from_metadata
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION
-from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume
+from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION, depth_metadata
+from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, positions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import checked_air
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import checked_crop
+from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.display import NUMBER_MODES, checked_window, shown
 from texvol.scene.gradient import Estimator
 from texvol.scene.lighting import DepthCue
@@ -35,6 +37,7 @@ _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
     (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
     + ("depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
+    + ("depth_in",)
 )
 
 
@@ -121,6 +124,18 @@ def stored_scene_of(
     return StoredScene(scene, settings, window, name)
 
 
+def _depth(content: Any, folder: str | os.PathLike[str] | None) -> DepthPicture:
+    """Return the depth picture of a header, read from its file."""
+    if not isinstance(content, dict):
+        raise InputError(f"must be an object, got {parts.quoted(content)}")
+    source = parts.source(content.get("source") or {})
+    for path in positions(source, folder):
+        found = DepthPicture(depth.read(path), path, {"path": path, "absolute": os.path.abspath(path)})
+        if depth_metadata(found)["checksum"] == content.get("checksum"):
+            return found
+    raise InputError(f"{parts.quoted(content.get('name'))} is not found, or has changed")
+
+
 def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dict[str, Any]:
     """Return all arguments of the scene but volumes and masks."""
     described: dict[str, Any] = {
@@ -137,5 +152,6 @@ def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dic
         "crop": metadata.part("crop", checked_crop),
         "caps": metadata.part("caps", parts.switch) or False,
         "geometry": metadata.part("geometry", lambda each: geometry_from_metadata(each, folder)) or (),
+        "depth": metadata.part("depth_in", lambda each: _depth(each, folder)),
     }
     return described | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}

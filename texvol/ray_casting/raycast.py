@@ -35,11 +35,13 @@ from texvol.ray_casting.common.rays import (
     Numbers,
     Rays,
     Trace,
+    ends_at,
     middle_of,
     over_rows,
     position_rounding,
     rays_in,
     rays_of,
+    s_of_depth,
     transformed,
 )
 from texvol.ray_casting.plain import tracer as plain
@@ -81,7 +83,7 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512), *, texture_refinem
     InputError
         If the size is not at least one pixel in each direction, or the grid of the scene cannot be refined.
     """
-    size = checked_size(size)
+    scene.check_size(size := checked_size(size))
     return _timed(refined_scene(scene.completed(size), texture_refinement), size, lambda array: array)
 
 
@@ -95,8 +97,9 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
     pixels : array of shape (n, 2)
         Column and row of each, counted from the top left.
     """
+    scene.check_size(size := checked_size(size))
     columns, rows = pixels.T
-    return _timed(scene, checked_size(size), lambda array: array[rows, columns][:, np.newaxis])[:, 0]
+    return _timed(scene, size, lambda array: array[rows, columns][:, np.newaxis])[:, 0]
 
 
 def raycast_progressively(
@@ -121,7 +124,8 @@ def raycast_progressively(
     InputError
         As `raycast`.
     """
-    size = width, height = checked_size(size)
+    scene.check_size(size := checked_size(size))
+    width, height = size
     complete = refined_scene(scene.completed(size), texture_refinement)
     complete.check_unchanged()
     draw, picture, done = _drawer(complete, size), np.zeros((height, width, 4)), 0
@@ -188,9 +192,14 @@ def _draw(scene: CompleteScene, size: tuple[int, int], trace: Trace, choose: Cho
     eyes, directions = map(choose, scene.camera.rays(size))
     picture = np.zeros((*eyes.shape[:2], 4))
     surfaces = _surfaces(scene, size, choose)
+    depths = None if scene.depth is None else choose(scene.depth.at_size(size))
 
     def trace_rows(rows: slice) -> None:
         of_rows = rays_of(scene, eyes[rows], directions[rows])
+        layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
+        if depths is not None:
+            until = s_of_depth(scene.camera, of_rows, depths[rows])
+            of_rows, layers = ends_at(of_rows, until), [layer.until(until) for layer in layers]
         thin = _thin_ends(scene, of_rows) if scene.cutting.caps else None
 
         def trace_interval(ends: Numbers, part: Numbers) -> None:
@@ -200,7 +209,6 @@ def _draw(scene: CompleteScene, size: tuple[int, int], trace: Trace, choose: Cho
                 trace(of_rows._replace(ends=_caps_within(thin, ends)), caps)
                 _put_in_front(caps, part)
 
-        layers = [layer.chosen(lambda array: array[rows]) for layer in surfaces]
         _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
 
     over_rows(trace_rows, len(picture), tell)

@@ -16,6 +16,7 @@ def modelled(scene: CompleteScene) -> list[str]:
         "clip planes": bool(scene.clip),
         "crop box": scene.crop is not None,
         "caps": scene.cutting.caps,
+        "depth picture": scene.depth is not None,
         "mask": scene.mask is not None or any(each.mask is not None for each in scene.added),
         "several volumes": bool(scene.added),
         "labels": any(volume.labels for volume in scene.volumes),

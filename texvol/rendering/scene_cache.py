@@ -75,7 +75,7 @@ class SceneCache:
 
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:
         """Return the surfaces and lines of the scene, ready to be drawn; None if it has none."""
-        if not scene.geometry:
+        if not scene.geometry and scene.depth is None:
             return None
         if self._surfaces is None:
             from texvol.opengl.surfaces.surfaces import Surfaces

@@ -112,6 +112,7 @@ def checked_slicing(slicing: Slicing, scene: CompleteScene) -> Slicing:
         "what is cut open": len(scene.cutting) > 0,
         "a depth cue": scene.depth_cue is not None,
         "meshes or lines": bool(scene.geometry),
+        "a depth picture": scene.depth is not None,
     }
     other = "stacks" if any(beyond.values()) else "polygons or stacks"
     if slicing == "wilson":

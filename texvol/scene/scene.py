@@ -13,6 +13,7 @@ from texvol.scene.added_volume import AddedVolume, common_box
 from texvol.scene.air import Air, checked_air
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
+from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask, without_hidden
@@ -36,6 +37,7 @@ _PARTS: dict[str, type] = {
     "lighting": Lighting,
     "depth_cue": DepthCue,
     "mask": Mask,
+    "depth": DepthPicture,
 }
 
 
@@ -81,6 +83,8 @@ class Scene:
     air : float or "hounsfield", optional
         Value of air in mode xray: the difference of the value from it is integrated, see `texvol.scene.air`. By
         default the value itself is integrated.
+    depth : DepthPicture, optional
+        Depths at which rays end, in modes composite and isosurface; of a picture of the same view and size.
     coloring : "grey" or "tf"
         Colours of the numbers of xray, mip, minip and average in pictures of 8 bits: grey, or those of the transfer
         function.
@@ -109,6 +113,7 @@ class Scene:
     added: tuple[AddedVolume, ...] = ()
     air: Air = None
     coloring: Coloring = "grey"
+    depth: DepthPicture | None = None
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -134,6 +139,11 @@ class Scene:
             if (part := getattr(self, name)) is not None:
                 check_type(f"scene: {name}", part, kind)
         check_type("scene: gradient", self.gradient, Estimator)
+
+    def check_size(self, size: tuple[int, int]) -> None:
+        """Raise InputError if a depth picture is not that of a picture of (width, height) pixels."""
+        if self.depth is not None:
+            self.depth.check_size(size)
 
     def check_unchanged(self) -> None:
         """Raise InputError if an array of a volume or mask was changed in place since the first picture of it."""
@@ -263,6 +273,8 @@ class Scene:
             raise InputError(
                 f"scene: geometry needs mode composite or isosurface, got mode {self.mode}, whose pictures hold numbers"
             )
+        if self.depth is not None and self.mode not in ("composite", "isosurface"):
+            raise InputError(f"scene: depth needs mode composite or isosurface, got mode {self.mode}")
 
     def _check_medium(self) -> None:
         medium = self.transfer_function

@@ -217,6 +217,8 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
         In the cases in which `texvol render` raises it.
     """
     options = SceneOptions(arguments)
+    if options.has_depth_in:
+        raise InputError("--depth-in is of a single view: leave it out of a window")
     options.size = size
     volume = options.load()
     scene = options.scene(volume, in_8_bits=True)

@@ -54,6 +54,8 @@ class Surfaces:
         self._shapes: _OnDevice | None = None
         self._shapes_for: tuple[Any, ...] | None = None
         self._lighting: Lighting | None = None
+        self._limit: moderngl.Texture | None = None  # positions at which rays end, of a depth picture
+        self._limit_for: tuple[Any, ...] = ()
         self._query = gl.query(samples=True)
 
     def prepare(self, scene: CompleteScene, size: tuple[int, int], slab_thickness: float) -> None:
@@ -64,10 +66,13 @@ class Surfaces:
         InputError
             If there are more than the driver has room for.
         """
+        self._prepare_limit(scene, size, slab_thickness)
         camera = scene.camera
         self._lighting = scene.surface_lighting
         asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
-        if self._shapes is None or self._shapes_for != asked:
+        if not scene.geometry:
+            self._release_shapes()
+        elif self._shapes is None or self._shapes_for != asked:
             self._release_shapes()
             self._shapes = _OnDevice(self._gl, scene, size, slab_thickness)
             self._shapes_for = asked
@@ -75,13 +80,36 @@ class Surfaces:
             self._release_targets()
             self._targets = _Targets(self._gl, size)
 
+    def _prepare_limit(self, scene: CompleteScene, size: tuple[int, int], slab_thickness: float) -> None:
+        """Upload the positions at which rays end by the scene's depth picture, unless they are there."""
+        asked = (scene.depth, scene.volume, scene.camera, size, slab_thickness)
+        if self._limit_for == asked:
+            return
+        self._release_limit()
+        self._limit_for = asked
+        if scene.depth is not None:
+            from_eye = scene.depth.at_size(size)[::-1]
+            middle = float(scene.camera.forward @ (scene.volume.centre - scene.camera.eye))
+            slabs = np.clip((from_eye - middle) / slab_thickness, -_BEYOND, _BEYOND)
+            positions = np.zeros((*from_eye.shape, 4), np.float32)
+            positions[..., 0], positions[..., 1] = _BEHIND_ALL[0], slabs
+            positions[..., 2] = slabs - positions[..., 1]
+            self._limit = self._gl.texture(size, 4, positions, dtype="f4")
+
     def intervals(self, drawing: Drawing, compositor: Compositor) -> Iterator[Drawing]:
         """The drawing between places, front to back; what is at the end of each is composited behind it."""
         shapes, targets = self._shapes, self._targets
-        assert shapes is not None and targets is not None, "nothing has been prepared"
+        assert targets is not None, "nothing has been prepared"
         last, here, there = targets.last, *targets.passing
-        for layer, position in ((last, _BEHIND_ALL), (here, _BEFORE_ALL), (there, _BEHIND_ALL)):
-            layer.positions_only.clear(*position)
+        here.positions_only.clear(*_BEFORE_ALL)
+        for layer in (last, there):
+            if self._limit is None:
+                layer.positions_only.clear(*_BEHIND_ALL)
+            else:
+                self._copy(self._limit, layer.positions_only)
+        if shapes is None:
+            yield _between(drawing, here, last)
+            return
         any_opaque = self._finds_next(drawing, shapes.opaque, here, there, last)
         while self._finds_next(drawing, shapes.translucent, here, last, there):
             yield _between(drawing, here, there)
@@ -159,6 +187,12 @@ class Surfaces:
         self._programs.release()
         self._release_shapes()
         self._release_targets()
+        self._release_limit()
+
+    def _release_limit(self) -> None:
+        if self._limit is not None:
+            self._limit.release()
+        self._limit, self._limit_for = None, ()
 
     def _release_shapes(self) -> None:
         if self._shapes is not None:

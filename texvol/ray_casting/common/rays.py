@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import EPSILON
+from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
@@ -45,6 +46,16 @@ def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> Rays:
     ends = np.stack([np.maximum(first, eye), last], axis=-1)
     start = transformed(nearest, to_index) + middle_of(volume)
     return Rays(start, transformed(directions, to_index), eye, ends, directions)
+
+
+def s_of_depth(camera: Camera, rays: Rays, depths: Numbers) -> Numbers:
+    """Return the s of depths along the view from the plane of the eye, both of shape (rows, columns)."""
+    return rays.eye + depths / (rays.direction * camera.forward).sum(axis=-1)
+
+
+def ends_at(rays: Rays, until: Numbers) -> Rays:
+    """Return the rays, of which nothing is seen behind the s `until`."""
+    return rays._replace(ends=np.stack([rays.ends[..., 0], np.minimum(rays.ends[..., 1], until)], axis=-1))
 
 
 def position_rounding(volume: Volume, eye: tuple[float, float, float] | Numbers) -> Numbers:

@@ -21,10 +21,12 @@ from texvol.ray_casting.common.rays import (
     Choose,
     Numbers,
     Rays,
+    ends_at,
     middle_of,
     over_rows,
     position_rounding,
     rays_of,
+    s_of_depth,
     transformed,
 )
 from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
@@ -62,7 +64,8 @@ def project(
     InputError
         If the mode is composite, or the size is not at least one pixel in each direction.
     """
-    scene = scene.completed(checked_size(size))
+    scene.check_size(size := checked_size(size))
+    scene = scene.completed(size)
     rays, numbers = _traced(scene, size, choose, tell)
     number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
@@ -70,7 +73,8 @@ def project(
         if scene.geometry:
             from texvol.ray_casting.surfaces.layers import put_before, surface_layers
 
-            put_before(surface_layers(scene, size, choose), np.where(length >= 0, number, np.inf), picture)
+            behind = rays.ends[..., 1] if scene.depth is not None else np.full(length.shape, np.inf)
+            put_before(surface_layers(scene, size, choose), np.where(length >= 0, number, behind), picture)
         return picture
     if (attenuation := attenuation_of(scene.air)) is not None:
         number = attenuation.per_value * number
@@ -109,6 +113,8 @@ def _traced(
     volume = scene.volume
     values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
     rays = rays_of(scene, *map(choose, scene.camera.rays(size)))
+    if scene.depth is not None:
+        rays = ends_at(rays, s_of_depth(scene.camera, rays, choose(scene.depth.at_size(size))))
     rounding = position_rounding(volume, scene.camera.eye)
     level = 0.0 if scene.isovalue is None else float(scene.isovalue)
     if (attenuation := attenuation_of(scene.air)) is not None:

@@ -36,6 +36,11 @@ class Layer(NamedTuple):
         """Return the layer of some rays."""
         return Layer(choose(self.s), choose(self.color))
 
+    def until(self, end: Numbers) -> Layer:
+        """Return the layer without surfaces behind the s `end`."""
+        is_seen = self.s <= end
+        return Layer(np.where(is_seen, self.s, np.inf), np.where(is_seen[..., np.newaxis], self.color, 0.0))
+
 
 class _Hits(NamedTuple):
     pixel: NDArray[np.int64]
