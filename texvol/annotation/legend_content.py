@@ -12,7 +12,7 @@ from texvol.annotation import rounding
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.marks import Numbers
 from texvol.scene.air import HOUNSFIELD
-from texvol.scene.display import Window, found_window, grey, isosurface_color, number_colors, straight_colors
+from texvol.scene.display import Window, found_window, grey, isosurface_looks, number_colors, straight_colors
 from texvol.scene.label_counts import label_counts
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import Classified, TransferFunction
@@ -99,8 +99,8 @@ def _content_of(scene: CompleteScene, value_name: str, window: Window | None) ->
     """Return the contents of a scene's legend."""
     name = value_name.strip() or "value"
     if scene.mode == "isosurface":
-        assert scene.isovalue is not None
-        return Content("", None, ((f"{name} = {rounding.plain(scene.isovalue)}", isosurface_color(scene)),))
+        shells = zip(scene.isovalues, isosurface_looks(scene), strict=True)
+        return Content("", None, tuple((f"{name} = {rounding.plain(value)}", look[:3]) for value, look in shells))
     if scene.mode == "composite":
         transfer = scene.medium
         looks: tuple[Numbers | None, ...] = tuple(np.array(color) for color in transfer.material_colors)

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.air import Attenuation, attenuation_of
 from texvol.scene.camera import Camera
-from texvol.scene.display import isosurface_color
+from texvol.scene.display import isosurface_looks
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
@@ -42,6 +42,7 @@ _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation m
 _ALL_FINITE = 3e38
 _OFTEN_FAR = 16.0  # times the extent of most values: from there on the next cell may show in this one, by rounding
 Numbers = NDArray[np.float64]
+_SEVERAL = 4  # the shader's mode of several isosurfaces
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 
 
@@ -49,28 +50,40 @@ _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
 class Isovalue:
     """Values that show in mode isosurface, with the interface of a transfer function."""
 
-    value: float
+    values: tuple[float, ...]
 
     def shows_between(
         self, lowest: ArrayLike, highest: ArrayLike, largest_magnitude: ArrayLike = np.inf
     ) -> NDArray[np.bool_]:
-        """True where the isovalue lies between the two, within rounding, at any gradient; False where either is NaN."""
+        """True where an isovalue lies between the two, within rounding, at any gradient; False where either is NaN."""
         lowest, highest = np.asarray(lowest, np.float64), np.asarray(highest, np.float64)
         with np.errstate(invalid="ignore", over="ignore"):
-            margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(self.value))
-            return np.asarray((lowest - margin <= self.value) & (self.value <= highest + margin))
+            found = np.zeros(np.broadcast_shapes(lowest.shape, highest.shape), np.bool_)
+            for value in self.values:
+                margin = _ROUNDING * np.maximum(np.maximum(np.abs(lowest), np.abs(highest)), abs(value))
+                found |= (lowest - margin <= value) & (value <= highest + margin)
+            return found
 
 
 @dataclass(frozen=True)
 class ValueProjection:
-    """Projection of the values, for the shader projection.frag; with `depth`, the depth of an isosurface."""
+    """Projection of the values, for the shader projection.frag; with `depth`, the depth of the first isosurface.
+
+    `looks` are straight colours and opacities of the isosurfaces, shape (n, 4).
+    """
 
     mode: str
-    isovalue: float | None
-    color: tuple[float, float, float]
+    isovalues: tuple[float, ...]
+    looks: NDArray[np.float64]
     lighting: Lighting | None
     depth: bool = False
     attenuation: Attenuation | None = None  # what an X-ray integrates in place of the value
+
+    @property
+    def _number(self) -> int:
+        """The shader's switch MODE."""
+        is_single = len(self.isovalues) < 2 and (self.looks[:, 3] == 1).all()
+        return _MODES[self.mode] if is_single else _SEVERAL
 
     @property
     def blending(self) -> str:
@@ -90,7 +103,8 @@ class ValueProjection:
     def switches(self, baked: ValueTexture) -> dict[str, int]:
         """Switches of the shader, but for those of light."""
         return {
-            "MODE": _MODES[self.mode],
+            "MODE": self._number,
+            "ISOVALUES": len(self.isovalues) if self._number == _SEVERAL else 0,
             "DEPTH": int(self.depth),
             "MISSING": self._missing(baked),
             "GRADIENT": baked.gradient_switch,
@@ -111,18 +125,22 @@ class ValueProjection:
         if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
-        if self._missing(baked):
+        if self._missing(baked) and self._number != _SEVERAL:
             uniforms["far_from"] = FAR * baked.storage.extent
         if self.mode in ("mip", "minip"):
             low, high = baked.volume.value_range or (0.0, 0.0)
             sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
             most = float(np.clip(sign * (end - baked.storage.offset) / baked.storage.scale, -2 * HUGE, _ALL_FINITE))
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
-        assert self.isovalue is not None
         # No value that is stored lies beyond these.
-        stored = float(np.clip((self.isovalue - baked.storage.offset) / baked.storage.scale, -2 * HUGE, 2 * HUGE))
-        uniforms |= {"isovalue": stored, "same": _SAME * abs(stored)}
-        return uniforms if self.depth else uniforms | {"surface_color": self.color}
+        stored = np.clip((np.array(self.isovalues) - baked.storage.offset) / baked.storage.scale, -2 * HUGE, 2 * HUGE)
+        if self._number == _SEVERAL:
+            uniforms["isovalues"] = [float(each) for each in stored]
+            return (
+                uniforms if self.depth else uniforms | {"surface_colors": [tuple(look) for look in self.looks.tolist()]}
+            )
+        uniforms |= {"isovalue": float(stored[0]), "same": _SAME * float(abs(stored[0]))}
+        return uniforms if self.depth else uniforms | {"surface_color": tuple(self.looks[0, :3].tolist())}
 
     def numbers(self, drawn: NDArray[np.float32], baked: ValueTexture, slab_thickness: float) -> NDArray[np.float32]:
         """The picture, shape (h, w, 4), of what the shader has drawn."""
@@ -183,8 +201,8 @@ def projection_of(scene: Scene, *, depth: bool = False) -> ValueProjection | Non
     if scene.mode == "composite":
         return None
     lighting = (scene.lighting or Lighting()) if scene.mode == "isosurface" and not depth else None
-    red, green, blue = map(float, isosurface_color(scene))
-    return ValueProjection(scene.mode, scene.isovalue, (red, green, blue), lighting, depth, attenuation_of(scene.air))
+    looks = isosurface_looks(scene)
+    return ValueProjection(scene.mode, scene.isovalues, looks, lighting, depth, attenuation_of(scene.air))
 
 
 def depth_of(drawn: NDArray[np.float32], volume: Volume, camera: Camera, slab_thickness: float) -> NDArray[np.float64]:

@@ -154,7 +154,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
                 "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
             ),
-            SceneOption("isovalue", lit.finite, "V", "value of the isosurface, data units"),
+            SceneOption(
+                "isovalue", lit.isosurface, "V[:R,G,B][:A]",
+                "value of the isosurface, data units; with a linear colour and an opacity; repeat it for more surfaces",
+                lit.isosurface_table, lit.isosurfaces_value,
+            ),
             SceneOption(
                 "air", texts.air, "V|hounsfield|none",
                 "zero of xray: V integrates values minus V; hounsfield: attenuation relative to water, max(0, 1 + HU / "

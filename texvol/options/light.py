@@ -18,6 +18,7 @@ from typing import Any, cast
 from texvol.options import texts
 from texvol.scene.display import NUMBER_MODES, Window, checked_window
 from texvol.scene.gradient import Estimator, EstimatorKind
+from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
 from texvol.util.errors import InputError
 
@@ -192,6 +193,55 @@ def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, An
     if "mode" in line:
         dropped |= {name for name, modes in _FOR_MODES.items() if line["mode"] not in modes}
     return {name: value for name, value in file.items() if name not in dropped} | dict(line)
+
+
+def isosurface(text: str) -> Isosurface:
+    """Return the isosurface of "V", "V:R,G,B", "V:A" or "V:R,G,B:A"."""
+    value, *look = (part.strip() for part in text.split(":"))
+    color = cast(Triple, texts.numbers(look.pop(0), "a colour R,G,B", 3)) if look and "," in look[0] else None
+    if len(look) > 1:
+        raise argparse.ArgumentTypeError(f"must be V[:R,G,B][:A], got {text!r}")
+    opacity = texts.number(look[0]) if look else 1.0
+    return texts.made(lambda: Isosurface(finite(value), color, opacity), names_option=True)
+
+
+def isosurface_table(table: Mapping[str, Any]) -> Isosurface:
+    """Return the isosurface of a scene file's {value = …, color = [R, G, B], opacity = A}."""
+    known = {"value", "color", "opacity"}
+    if unknown := set(table) - known:
+        raise argparse.ArgumentTypeError(
+            f"must have keys of {', '.join(sorted(known))}, got {', '.join(sorted(unknown))}"
+        )
+    if "value" not in table:
+        raise argparse.ArgumentTypeError("must have a value")
+    color = table.get("color")
+    numbers = None if color is None else cast(Triple, texts.numbers(texts.as_text(color), "a colour R,G,B", 3))
+    value, opacity = (table.get(name, 1.0) for name in ("value", "opacity"))
+    for name, number in (("value", value), ("opacity", opacity)):
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise argparse.ArgumentTypeError(f"{name} must be a number, got {number!r}")
+    return texts.made(lambda: Isosurface(value, numbers, opacity), names_option=True)
+
+
+def isosurfaces_value(value: Any) -> list[Isosurface]:
+    """Return the isosurfaces of a scene file: a number, a text or a table, or an array of these."""
+    found = []
+    for each in value if isinstance(value, list) else [value]:
+        if isinstance(each, dict):
+            found.append(isosurface_table(each))
+        elif isinstance(each, str) or (isinstance(each, int | float) and not isinstance(each, bool)):
+            found.append(isosurface(texts.as_text(each)))
+        else:
+            raise argparse.ArgumentTypeError(f"must be a value, a text or a table, or an array of these, got {each!r}")
+    return found
+
+
+def isosurfaces_of(chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the scene's isovalue, or its isosurfaces where they are several, or have looks of their own."""
+    found: list[Isosurface] = chosen.get("isovalue", [])
+    if len(found) == 1 and found[0] == Isosurface(found[0].value):
+        return {"isovalue": found[0].value}
+    return {"isosurfaces": tuple(found)}
 
 
 def check_mode(chosen: Mapping[str, Any]) -> None:

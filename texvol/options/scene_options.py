@@ -207,7 +207,7 @@ class SceneOptions:
             gradient=chosen.get("gradient", CENTRAL),
             depth_cue=lit.depth_cue_of(chosen),
             mode=self.mode,  # type: ignore[arg-type]
-            isovalue=chosen.get("isovalue"),
+            **lit.isosurfaces_of(chosen),
             air=self._air(adapting_to or volume, in_8_bits),
             coloring=self.coloring,  # type: ignore[arg-type]
             clip=tuple(chosen.get("clip", ())),

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
+from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light, Lighting
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.transfer import TransferFunction
@@ -79,6 +80,13 @@ def mask_source(content: Any) -> tuple[dict[str, Any], tuple[float, float] | Non
     fade = numbers(content["fade"], 2) if "fade" in content else None
     found = source({key: value for key, value in content.items() if key != "fade"})
     return found, None if fade is None else (fade[0], fade[1])
+
+
+def isosurfaces(content: Any) -> tuple[Isosurface, ...]:
+    """Return the isosurfaces."""
+    if not isinstance(content, list):
+        raise InputError(f"must be a list, got {quoted(content)}")
+    return tuple(made(Isosurface, each) for each in content)
 
 
 def lighting(content: Any) -> Lighting:

@@ -152,6 +152,7 @@ def _shown(scene: Scene) -> dict[str, Any]:
         background=scene.background,
         mode=None if is_composite else scene.mode,
         isovalue=None if is_composite else scene.isovalue,
+        isosurfaces=[asdict(each) for each in scene.isosurfaces] or None,
         air=None if is_composite else scene.air,
         colors=BY_TRANSFER_FUNCTION if is_colored else None,
         gradient=asdict(scene.gradient) if scene.needs_gradient or _medium_needs_gradient(scene) else None,

@@ -37,7 +37,7 @@ _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
     (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
     + ("depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
-    + ("depth_in",)
+    + ("depth_in", "isosurfaces")
 )
 
 
@@ -152,6 +152,7 @@ def _described(metadata: Metadata, folder: str | os.PathLike[str] | None) -> dic
         "crop": metadata.part("crop", checked_crop),
         "caps": metadata.part("caps", parts.switch) or False,
         "geometry": metadata.part("geometry", lambda each: geometry_from_metadata(each, folder)) or (),
+        "isosurfaces": metadata.part("isosurfaces", parts.isosurfaces) or (),
         "depth": metadata.part("depth_in", lambda each: _depth(each, folder)),
     }
     return described | {key: metadata.content[key] for key in ("classification", "mode") if key in metadata.content}

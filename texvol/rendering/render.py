@@ -57,7 +57,7 @@ def bake(
     volume, transfer_function, classification = scene.volume, scene.medium, scene.classification
     if classification in ("post", "integrated"):
         estimator = scene.gradient if scene.needs_gradient else None
-        features = None if scene.mode == "composite" else features_about(volume, scene.isovalue)
+        features = None if scene.mode == "composite" else features_about(volume, scene.isovalues)
         how = classification, texel_format, estimator, scene.mask, features
         return value_texture.bake_values(volume, transfer_function, *how)
     recipe = volume, transfer_function, classification, slab_thickness, texel_format

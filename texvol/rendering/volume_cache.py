@@ -91,7 +91,7 @@ class VolumeCache:
             texture_format = "rgba32f"
         texels = _texels(scene, thickness, texture_format)
         whole = settings.slicing == "wilson"
-        recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, scene.isovalue, whole)
+        recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, f"{scene.isovalues}", whole)
         if self.baked is None or not same(self._recipe, recipe):
             self.baked, self._recipe = bake(scene, thickness, texture_format, light_transmittance, whole), recipe
         baked = self.baked
@@ -168,8 +168,8 @@ class VolumeCache:
 
 def _shown(scene: CompleteScene) -> tuple[Shown, int]:
     """Return what shows anything, and the reach in samples of the gradients that it depends on, 0 for none."""
-    if scene.isovalue is not None:
-        return Isovalue(scene.isovalue), 0
+    if scene.isovalues:
+        return Isovalue(scene.isovalues), 0
     return scene.medium, scene.gradient.reach if scene.medium.needs_gradient else 0
 
 

@@ -134,13 +134,21 @@ def straight_colors(transfer: TransferFunction, values: ArrayLike) -> NDArray[np
     return np.minimum(colors, 1.0)
 
 
-def isosurface_color(scene: Scene) -> NDArray[np.float64]:
-    """Straight colour (3) of the scene's isosurface before light: its transfer function's, or ISOSURFACE_COLOR.
+def isosurface_looks(scene: Scene) -> NDArray[np.float64]:
+    """Straight colour and opacity of each of the scene's isosurfaces before light, shape (n, 4)."""
+    if scene.isovalue is not None:
+        return np.array([[*isosurface_color(scene, scene.isovalue), 1.0]])
+    looks = [(isosurface_color(scene, each.value) if each.color is None else each.color) for each in scene.isosurfaces]
+    return np.array([[*look, each.opacity] for look, each in zip(looks, scene.isosurfaces, strict=True)]).reshape(-1, 4)
+
+
+def isosurface_color(scene: Scene, isovalue: float) -> NDArray[np.float64]:
+    """Straight colour (3) of an isosurface before light: that of the transfer function, or ISOSURFACE_COLOR.
 
     The latter where there is no transfer function, or one that gives the isovalue an emission, not a colour, and
     nothing to divide it by.
     """
-    transfer, isovalue = scene.transfer_function, scene.isovalue
-    if transfer is None or isovalue is None or (transfer.glows and not transfer.at(isovalue)[3] > 0):
+    transfer = scene.transfer_function
+    if transfer is None or (transfer.glows and not transfer.at(isovalue)[3] > 0):
         return np.array(ISOSURFACE_COLOR)
     return straight_colors(transfer, isovalue)

@@ -15,6 +15,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.isosurfaces import Isosurface, checked_isosurfaces
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask, without_hidden
 from texvol.scene.shapes import Lines, Mesh, checked_geometry
@@ -67,7 +68,9 @@ class Scene:
         Emission and absorption; the integral, maximum, minimum or average of the value along each ray; or the first
         surface of `isovalue` on each ray.
     isovalue : float, optional
-        In data units; required by mode "isosurface" and allowed there only.
+        In data units; mode "isosurface" needs it, or `isosurfaces`, and no other mode has it.
+    isosurfaces : sequence of Isosurface
+        Several surfaces with colours and opacities, composited in order, in place of `isovalue`.
     clip : sequence of ClipPlane
         Only the part on the inner side of all planes shows and casts shadows.
     crop : ((x0, x1), (y0, y1), (z0, z1)), optional
@@ -114,6 +117,7 @@ class Scene:
     air: Air = None
     coloring: Coloring = "grey"
     depth: DepthPicture | None = None
+    isosurfaces: tuple[Isosurface, ...] = ()
 
     def __post_init__(self) -> None:
         self._check_types()
@@ -230,10 +234,22 @@ class Scene:
             return None
         return replace(self.lighting or Lighting(), two_sided=True, fade=0.0, shadows=False)
 
+    @property
+    def isovalues(self) -> tuple[float, ...]:
+        """Values of all isosurfaces, data units."""
+        return tuple(each.value for each in self.isosurfaces) if self.isovalue is None else (self.isovalue,)
+
     def _check_isovalue(self) -> None:
-        if self.mode != "isosurface" and self.isovalue is not None:
+        object.__setattr__(self, "isosurfaces", checked_isosurfaces(self.isosurfaces))
+        if self.isosurfaces and self.isovalue is not None:
+            raise InputError("scene: isovalue and isosurfaces are one or the other, got both")
+        if self.mode != "isosurface" and self.isovalues:
             raise InputError(f"scene: isovalue needs mode isosurface, got mode {self.mode}")
-        if self.mode == "isosurface" and not (self.isovalue is not None and np.isfinite(self.isovalue)):
+        if (
+            self.mode == "isosurface"
+            and not self.isosurfaces
+            and not (self.isovalue is not None and np.isfinite(self.isovalue))
+        ):
             raise InputError(f"scene: isovalue must be finite in mode isosurface, got {self.isovalue!r}")
 
     def _check_air(self) -> None:

@@ -16,6 +16,7 @@ as κ is small; else as float32 about the offset that makes κ least.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -190,15 +191,15 @@ def features_of_medium(transfer_function: TransferFunction, volume: Volume) -> F
     return Features(low, high, widths)
 
 
-def features_about(volume: Volume, isovalue: float | None) -> Features:
-    """The interval of most values, or an isovalue that counts as wide as that, and as it is far from it."""
+def features_about(volume: Volume, isovalues: Sequence[float]) -> Features:
+    """The interval of most values, or isovalues that each count as wide as that, and as they are far from it."""
     low, high = bulk_of(volume)
-    width = (high - low) or max(abs(high), abs(isovalue or 0.0)) or 1.0
-    if isovalue is not None:
-        width = max(width, isovalue - high, low - isovalue)
-        low = high = isovalue
-    lowest, highest, widths = np.array([[low], [high], [width]], np.float64)
-    return Features(lowest, highest, widths, all_shows=isovalue is None)
+    width = (high - low) or max(abs(high), *map(abs, isovalues), 0.0) or 1.0
+    if not isovalues:
+        lowest, highest, widths = np.array([[low], [high], [width]], np.float64)
+        return Features(lowest, highest, widths, all_shows=True)
+    values = np.array(isovalues, np.float64)
+    return Features(values, values, np.maximum(width, np.maximum(values - high, low - values)), all_shows=False)
 
 
 def bulk_of(volume: Volume) -> tuple[float, float]:

@@ -120,7 +120,7 @@ def with_own(scene: Scene, number: int, **parts: Any) -> dict[str, Any]:
 
 def with_mode(scene: Scene, mode: str) -> dict[str, Any]:
     """Return the changed parts of a scene in another mode, with values for what that mode requires."""
-    parts: dict[str, Any] = {"mode": mode, "isovalue": None, "caps": False, "air": None}
+    parts: dict[str, Any] = {"mode": mode, "isovalue": None, "isosurfaces": (), "caps": False, "air": None}
     if mode == "xray":
         parts["air"] = air_in_8_bits(scene.volume)
     if mode == "isosurface":

@@ -116,8 +116,8 @@ def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int
 
 
 def _first_surface(scene: Scene, points: NDArray[np.float64], _: float) -> int | None:
-    assert scene.isovalue is not None
-    above = sampled(scene.volume, points) >= scene.isovalue
+    values = sampled(scene.volume, points)
+    above = np.searchsorted(np.sort(scene.isovalues), values, side="right")
     crossings = np.flatnonzero(above[1:] != above[:-1])
     if above[0]:
         return 0

@@ -21,6 +21,7 @@ from texvol.options.light import AMBIENT
 from texvol.scene import spaces
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
@@ -136,6 +137,11 @@ def _light(scene: Scene) -> dict[str, Any]:
     return found | {"two-sided": lighting.two_sided, "shadows": lighting.shadows}
 
 
+def _shell(surface: Isosurface) -> dict[str, Any]:
+    color = {} if surface.color is None else {"color": surface.color}
+    return {"value": surface.value, "opacity": surface.opacity} | color
+
+
 def _light_table(light: Light) -> dict[str, Any]:
     place = "position" if light.kind == "point" else "direction"
     fall_off = {} if light.fall_off is None else {"fall-off": light.fall_off}
@@ -152,7 +158,9 @@ def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
     window = showing.window if scene.mode in NUMBER_MODES else None
     return {
         "mode": None if scene.mode == "composite" else scene.mode,
-        "isovalue": scene.isovalue,
+        "isovalue": scene.isovalue
+        if scene.isovalue is not None
+        else [_shell(each) for each in scene.isosurfaces] or None,
         "air": None if scene.mode != "xray" else "none" if scene.air is None else scene.air,
         "coloring": scene.coloring if window is None else "grey",
         "window": window,

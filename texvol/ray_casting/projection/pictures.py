@@ -17,26 +17,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.common.rays import (
-    Choose,
-    Numbers,
-    Rays,
-    ends_at,
-    middle_of,
-    over_rows,
-    position_rounding,
-    rays_of,
-    s_of_depth,
-    transformed,
-)
-from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
+from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding
+from texvol.ray_casting.projection.isosurfaces import first_depth, surfaces_picture
+from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays, values_of
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import isosurface_color
-from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.util.errors import InputError
-from texvol.util.kept_arrays import read_only
 
 _KINDS = {
     "xray": (INTEGRAL, 1.0),
@@ -66,6 +54,8 @@ def project(
     """
     scene.check_size(size := checked_size(size))
     scene = scene.completed(size)
+    if scene.isosurfaces:
+        return surfaces_picture(scene, size, choose, tell)
     rays, numbers = _traced(scene, size, choose, tell)
     number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "isosurface":
@@ -99,8 +89,10 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Number
     if scene.mode != "isosurface":
         raise InputError(f"mode must be isosurface for a depth, got {scene.mode}")
     scene = scene.completed(checked_size(size))
+    if scene.isosurfaces:
+        return first_depth(scene, size)
     rays, numbers = _traced(scene, size, lambda array: array)
-    return np.where(numbers[..., 1] >= 0, _depth(scene, rays, numbers[..., 0]), np.inf)
+    return np.where(numbers[..., 1] >= 0, depth_of(scene, rays, numbers[..., 0]), np.inf)
 
 
 def _traced(
@@ -111,10 +103,7 @@ def _traced(
         raise InputError(f"mode must be one of {', '.join(_KINDS)} for a projection, got {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
-    values = read_only(volume.values.astype(np.float32)) if volume.values.dtype == np.float16 else volume.values
-    rays = rays_of(scene, *map(choose, scene.camera.rays(size)))
-    if scene.depth is not None:
-        rays = ends_at(rays, s_of_depth(scene.camera, rays, choose(scene.depth.at_size(size))))
+    values, rays = values_of(scene), seen_rays(scene, size, choose)
     rounding = position_rounding(volume, scene.camera.eye)
     level = 0.0 if scene.isovalue is None else float(scene.isovalue)
     if (attenuation := attenuation_of(scene.air)) is not None:
@@ -129,26 +118,12 @@ def _traced(
     return rays, numbers
 
 
-def _depth(scene: CompleteScene, rays: Rays, s: Numbers) -> Numbers:
-    along_view = scene.volume.world_from_index.T @ scene.camera.forward
-    return (s - rays.eye) * (rays.step * along_view).sum(axis=-1)
-
-
 def _surface_picture(scene: CompleteScene, rays: Rays, s: Numbers, hit: NDArray[np.bool_]) -> Numbers:
     """Return the lit surface, opaque, in front of the background."""
     picture = np.zeros((*hit.shape, 4))
     picture[..., :3] = scene.background
     picture[hit] = 1.0
-    if not hit.any():
-        return picture
-    volume = scene.volume
-    index = rays.start[hit] + s[hit][:, np.newaxis] * rays.step[hit]
-    from_centre = transformed(index - middle_of(volume), volume.world_from_index)
-    to_eye = -transformed(rays.step[hit], volume.world_from_index)
-    gradients = gradients_at(volume, scene.gradient, index)
-    diffuse, specular = reflected(scene.lighting or Lighting(), volume, gradients, from_centre, to_eye)
-    color = isosurface_color(scene) * diffuse + specular
-    if scene.depth_cue is not None:
-        color = cued(scene.depth_cue, volume, scene.camera, color, _depth(scene, rays, s)[hit])
-    picture[hit, :3] = color
+    if hit.any():
+        assert scene.isovalue is not None
+        picture[hit, :3] = lit_color(scene, rays, s, hit, isosurface_color(scene, scene.isovalue))
     return picture
