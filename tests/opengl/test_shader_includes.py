@@ -57,6 +57,11 @@ SWITCHES: dict[str, list[Switches]] = {
         each | {"MISSING": 0, "SHALLOW": 0} for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
     ],
     "integrated_slabs.glsl": slabs_of(3),
+    "isosurfaces.glsl": [
+        OF_VALUES | NO_LIGHT | LIGHTS[1 + lights] | {"DEPTH": 1 - lights, "CUE": lights, "PERSPECTIVE": lights} | each
+        for lights in EITHER
+        for each in product(MISSING=EITHER, SKIPS=EITHER, ISOVALUES=(1, 8))
+    ],
     "isosurface.glsl": [
         OF_VALUES | NO_LIGHT | LIGHTS[1 + lights] | {"DEPTH": 1 - lights, "CUE": lights, "PERSPECTIVE": lights} | each
         for lights in EITHER

@@ -200,7 +200,7 @@ def _wrong() -> Iterator[tuple[str, list[Any], Any, str]]:
     yield "a volume with more", ["added", 0, "size"], 3, "unknown key 'size'"
     yield "a volume without its place", ["added", 1, "spacing"], None, "added volume 2 of the scene .* lacks spacing"
     yield "matter as text", ["added", 0, "transfer_function"], "fog", "transfer function"
-    yield "another kind", ["added", 1, "kind"], "vectors", "must be labels or colors, got 'vectors'"
+    yield "another kind", ["added", 1, "kind"], "vectors", "must be labels or blocks or colors, got 'vectors'"
     yield "no kind", ["added", 1, "kind"], None, "of values, got labels in labels.npy"
     yield "half a transform", ["source", "transform"], [[1, 0, 0, 0]], "must be 4 rows of numbers"
     yield "a flat transform", ["source", "transform"], np.diag([1, 1, 0, 1]).tolist(), "must not be singular"

@@ -93,13 +93,15 @@ def several_blocks() -> Blocks:
 
 def projection_blocks() -> Blocks:
     """Blocks of projection.frag."""
-    common = RAYS | _WHERE | UNLIT | {"WEIGHTS": (0,), "GRADIENT": (0,), "DEPTH": (0,)}
+    common = RAYS | _WHERE | UNLIT | {"WEIGHTS": (0,), "GRADIENT": (0,), "DEPTH": (0,), "ISOVALUES": (0,)}
     surface = common | _WITH_GRADIENT | {"MODE": (3,), "MISSING": EITHER}
+    surfaces = surface | {"MODE": (4,), "ISOVALUES": (1, 3)}
     return [
         common | {"MODE": (1,), "MISSING": (0, 1, 2)},
         common | {"MODE": (2,), "MISSING": EITHER},
         surface | {"DEPTH": (1,), "GRADIENT": (0, 1, 2)},
-        *(surface | light | {"SHADOWS": (0,)} for light in LIGHTS),
+        surfaces | {"DEPTH": (1,), "GRADIENT": (0, 1, 2)},
+        *(kind | light | {"SHADOWS": (0,)} for light in LIGHTS for kind in (surface, surfaces)),
     ]
 
 

@@ -11,6 +11,7 @@ from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.gradient import Estimator
+from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import DepthCue, Light, Lighting
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
@@ -67,6 +68,12 @@ SCENES = {
     "emissive": Scene(VOLUME, EMISSIVE, classification="extinction"),
     "premultiplied, opaque": Scene(VOLUME, PREMULTIPLIED, classification="post"),
     **{mode: Scene(SHEARED, mode=mode, classification="slab") for mode in ("xray", "mip", "minip", "average")},
+    "isosurfaces": Scene(
+        SHEARED,
+        mode="isosurface",
+        isosurfaces=(Isosurface(0.5, (0.2, 0.3, 1 / 3), 0.25), Isosurface(0.7)),
+        lighting=LIT,
+    ),
     "attenuation": Scene(VOLUME, mode="xray", air="hounsfield", classification="slab"),
     "above air, coloured": Scene(VOLUME, FOG, mode="xray", air=1 / 3, coloring="tf", classification="slab"),
     "cut": Scene(

@@ -168,8 +168,7 @@ class Renderer:
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
         check_type("scene", scene, Scene)
-        scene.check_unchanged()
-        scene.check_size(size)
+        scene.check_for(size)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)

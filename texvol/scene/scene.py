@@ -144,6 +144,11 @@ class Scene:
                 check_type(f"scene: {name}", part, kind)
         check_type("scene: gradient", self.gradient, Estimator)
 
+    def check_for(self, size: tuple[int, int]) -> None:
+        """Raise InputError if an array was changed in place, or depths are not those of (width, height) pixels."""
+        self.check_unchanged()
+        self.check_size(size)
+
     def check_size(self, size: tuple[int, int]) -> None:
         """Raise InputError if a depth picture is not that of a picture of (width, height) pixels."""
         if self.depth is not None:
