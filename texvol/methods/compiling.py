@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any
 
 from texvol.util.errors import missing_extra
@@ -16,14 +19,21 @@ except ImportError as error:
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile `function` for calls from Python, without the interpreter's lock, so that rows are drawn in threads.
 
-    numba watches the file of `function` only: the functions that it calls stand in the same file.
+    numba finds cached code by the function's name, and watches its file only. The name gets a hash of `compositing`,
+    whose functions are compiled into it.
     """
+    function.__qualname__ += f"_{_of_compositing()}"
     try:
         return njit(nogil=True, error_model="numpy", cache=True)(function)
     except RuntimeError:  # neither this package's folder nor the user's cache folder is writable
         return njit(nogil=True, error_model="numpy")(function)
 
 
-def woven_in(function: Callable[..., Any]) -> Any:
-    """Compile `function` into its callers."""
-    return njit(nogil=True, error_model="numpy", inline="always")(function)
+def part(function: Callable[..., Any]) -> Any:
+    """Compile `function` for calls from compiled functions."""
+    return njit(nogil=True, error_model="numpy")(function)
+
+
+@cache
+def _of_compositing() -> str:
+    return hashlib.sha256(Path(__file__).with_name("compositing.py").read_bytes()).hexdigest()[:16]

@@ -21,7 +21,8 @@ from typing import Any
 
 import numpy as np
 
-from texvol.methods.compiling import compiled, woven_in
+from texvol.methods.compiling import compiled, part
+from texvol.methods.compositing import add_behind, classify, table_of
 from texvol.methods.method import Method, Numbers, Size, classified, with_background
 from texvol.methods.rays import in_threads, rays_of
 from texvol.scene.camera import Camera
@@ -88,29 +89,15 @@ class EqualSteps(EqualStepsBefore):
 
     def prepare(self) -> None:
         """Take the values and the points of the transfer function."""
-        medium = self.scene.medium
         self.values = np.ascontiguousarray(self.volume.values, np.float32)
-        self.points, self.numbers = medium.values, medium.numbers
-        self.associated = not (medium.emissive or medium.premultiplied)
+        self.table = table_of(self.scene.medium)
 
     def march(self, *arguments: Any) -> None:
         """Draw some rows."""
-        march_values(self.values, self.points, self.numbers, self.associated, *arguments)
+        march_values(self.values, self.table, *arguments)
 
 
-@woven_in
-def _add(pixel, transmittance, sample, length):
-    """Add a sample behind what a pixel holds; return what it leaves of the transmittance."""
-    depth = sample[3] * length
-    opacity = -math.expm1(-depth)
-    seen = transmittance * (length if depth < 1e-12 else opacity / sample[3])
-    for channel in range(3):
-        pixel[channel] += seen * sample[channel]
-    pixel[3] += transmittance * opacity
-    return transmittance * (1 - opacity)
-
-
-@woven_in
+@part
 def _cell(position, count):
     """Return the two neighbours of a position along one axis, and the weight of the second; sample i is at i + 1/2."""
     q = min(max(position - 0.5, 0.0), count - 1.0)
@@ -118,29 +105,15 @@ def _cell(position, count):
     return low, min(low + 1, count - 1), q - low
 
 
-@woven_in
-def _classify(value, points, numbers, associated, sample):
-    """Write emission and extinction of a value to `sample`."""
-    after = np.searchsorted(points, value, side="right")
-    low, high = max(after - 1, 0), min(after, points.size - 1)
-    width = points[high] - points[low]
-    weight = (value - points[low]) / width if width > 0 else 0.0
-    for channel in range(4):
-        sample[channel] = numbers[low, channel] * (1 - weight) + numbers[high, channel] * weight
-    if associated:
-        for channel in range(3):
-            sample[channel] *= sample[3]
-
-
 @compiled
-def march_values(values, points, numbers, associated, start, step, near, far, distance, least, picture):
+def march_values(values, table, start, step, near, far, distance, least, picture):
     """Interpolate the value, then classify it."""
     nz, ny, nx = values.shape
     sample = np.empty(4)
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             path = far[row, column] - near[row, column]
-            steps = int(math.ceil(path / distance)) if path > 0 else 0
+            steps = math.ceil(path / distance) if path > 0 else 0
             transmittance = 1.0
             for i in range(steps):
                 t = near[row, column] + (i + 0.5) * (path / steps)
@@ -151,8 +124,8 @@ def march_values(values, points, numbers, associated, start, step, near, far, di
                 low += (values[z0, y1, x0] * (1 - fx) + values[z0, y1, x1] * fx) * fy
                 high = (values[z1, y0, x0] * (1 - fx) + values[z1, y0, x1] * fx) * (1 - fy)
                 high += (values[z1, y1, x0] * (1 - fx) + values[z1, y1, x1] * fx) * fy
-                _classify(low * (1 - fz) + high * fz, points, numbers, associated, sample)
-                transmittance = _add(picture[row, column], transmittance, sample, path / steps)
+                classify(low * (1 - fz) + high * fz, table, sample)
+                transmittance = add_behind(picture[row, column], transmittance, sample, path / steps)
                 if transmittance < least:
                     break
 
@@ -165,7 +138,7 @@ def march_classified(samples, interpolates, start, step, near, far, distance, le
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             path = far[row, column] - near[row, column]
-            steps = int(math.ceil(path / distance)) if path > 0 else 0
+            steps = math.ceil(path / distance) if path > 0 else 0
             transmittance = 1.0
             for i in range(steps):
                 t = near[row, column] + (i + 0.5) * (path / steps)
@@ -180,6 +153,6 @@ def march_classified(samples, interpolates, start, step, near, far, distance, le
                     high = (samples[z1, y0, x0, channel] * (1 - fx) + samples[z1, y0, x1, channel] * fx) * (1 - fy)
                     high += (samples[z1, y1, x0, channel] * (1 - fx) + samples[z1, y1, x1, channel] * fx) * fy
                     sample[channel] = low * (1 - fz) + high * fz
-                transmittance = _add(picture[row, column], transmittance, sample, path / steps)
+                transmittance = add_behind(picture[row, column], transmittance, sample, path / steps)
                 if transmittance < least:
                     break

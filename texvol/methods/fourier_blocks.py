@@ -1,7 +1,7 @@
 """Projection of blocks in the frequency domain, then composited (section 6.5.1; Chiueh, He, Kaufman, Pfister 1994).
 
-The volume is divided into blocks of M³ samples. Once, the emission and the extinction of each block are transformed; for
-each view every block is projected by a slice through its spectrum (see `spectrum`), Q = ∫ q ds and D = ∫ τ ds, and the
+The volume is divided into blocks of M³ samples. Once, the emission and the extinction of each block are transformed;
+for each view every block is projected by a slice through its spectrum (see `spectrum`), Q = ∫ q ds and D = ∫ τ ds, and the
 blocks are composited front to back. Within a block a pixel is shown as if both were spread evenly over the ray:
 
     C = Q (1 - e^-D) / D,    A = 1 - e^-D
@@ -41,7 +41,7 @@ class FourierBlocks(Method):
     block : int
         Samples along an edge of a block, M.
     interpolation : "linear" or "cubic"
-        Of the spectra. Linear takes a fifth of the time, and leaves ghosts that are seen: blocks are filled to the edge.
+        Of the spectra. Linear takes half of the time and leaves ghosts, since blocks are filled to their edges.
     """
 
     name = "fourier-blocks"
@@ -60,8 +60,8 @@ class FourierBlocks(Method):
         needed = len(filled) * block**3 * _BYTES_PER_SAMPLE
         if needed > _MOST_BYTES:
             raise InputError(
-                f"{self.name}: volume must need at most {_MOST_BYTES / 2**30:g} GiB of spectra, got {needed / 2**30:.1f} "
-                "GiB; equal-steps draws it"
+                f"{self.name}: volume must need at most {_MOST_BYTES / 2**30:g} GiB of spectra, got "
+                f"{needed / 2**30:.1f} GiB; equal-steps draws it"
             )
         # z, y, x of the first sample of each block that holds anything: spectra of its four channels
         self.spectra = {each: self._transformed(self._part(samples, each)) for each in filled}

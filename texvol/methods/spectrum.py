@@ -2,8 +2,8 @@
 
     p(u, v) = ∫ f ds   ⇔   P(k_u, k_v) = F(k_u right + k_v up)
 
-The spectrum of a projection is the slice of the 3-D spectrum through its origin, parallel to the picture (section 6.5.1;
-Dunne 1990, Malzbender 1993). F is known at the frequencies of the discrete transform and interpolated between them. Its
+The spectrum of a projection is the slice of the 3-D spectrum through its origin, parallel to the picture (section
+6.5.1; Dunne 1990, Malzbender 1993). F is known at the frequencies of the discrete transform and interpolated between them. Its
 period is that of the samples; what takes the place of the samples in space is the reconstruction, a factor H of F:
 
     H = 1 up to half a period and 0 beyond: band-limited; or

@@ -26,7 +26,8 @@ from typing import Any
 
 import numpy as np
 
-from texvol.methods.compiling import compiled, woven_in
+from texvol.methods.compiling import compiled, part
+from texvol.methods.compositing import add_behind
 from texvol.methods.method import Method, Numbers, Size, classified, with_background
 from texvol.methods.rays import in_threads, rays_of
 from texvol.scene.camera import Camera
@@ -100,101 +101,97 @@ class TripodTrue(Tripod):
     lengths_are_true = True
 
 
-@woven_in
-def _first_of(low: float, high: float, step: float, count: int) -> tuple[int, int]:
-    """Voxels along one axis where a ray enters, at `low`, and leaves, at `high`."""
-    forward = step >= 0
-    first = int(math.floor(low)) if forward else int(math.ceil(low)) - 1
-    last = int(math.ceil(high)) - 1 if forward else int(math.floor(high))
-    return min(max(first, 0), count - 1), min(max(last, 0), count - 1)
-
-
-@woven_in
-def _add(pixel: Any, transmittance: float, sample: Any, length: float) -> float:
-    """Add a sample behind what a pixel holds; return what it leaves of the transmittance."""
-    depth = sample[3] * length
-    opacity = -math.expm1(-depth)
-    # The emission of a length in constant extinction, ∫ e^(-τ s) ds = (1 - e^(-τ L)) / τ.
-    seen = transmittance * (length if depth < 1e-12 else opacity / sample[3])
-    for channel in range(3):
-        pixel[channel] += seen * sample[channel]
-    pixel[3] += transmittance * opacity
-    return transmittance * (1 - opacity)
-
-
 @compiled
 def bresenham(samples, start, step, near, far, length, least, picture):
     """Walk the rays of some rows; a `length` of 0 asks for true ones."""
-    nz, ny, nx, _ = samples.shape
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
-            path = far[row, column] - near[row, column]
-            if not path > 0:
-                continue
-            p, d = start[row, column], step[row, column]
-            a, b = near[row, column], far[row, column]
-            x, last_x = _first_of(p[0] + a * d[0], p[0] + b * d[0], d[0], nx)
-            y, last_y = _first_of(p[1] + a * d[1], p[1] + b * d[1], d[1], ny)
-            z, last_z = _first_of(p[2] + a * d[2], p[2] + b * d[2], d[2], nz)
-            sx, sy, sz = np.sign(last_x - x), np.sign(last_y - y), np.sign(last_z - z)
-            ax, ay, az = abs(last_x - x), abs(last_y - y), abs(last_z - z)
-            n = max(ax, ay, az)
-            ex, ey, ez = 2 * ax - n, 2 * ay - n, 2 * az - n
-            each = length if length > 0 else path / (n + 1)
-            transmittance = 1.0
-            for _ in range(n + 1):
-                transmittance = _add(picture[row, column], transmittance, samples[z, y, x], each)
-                if transmittance < least:
-                    break
-                # The longest axis has e = n > 0 always, and moves each time.
-                if ex > 0:
-                    x, ex = x + sx, ex - 2 * n
-                if ey > 0:
-                    y, ey = y + sy, ey - 2 * n
-                if ez > 0:
-                    z, ez = z + sz, ez - 2 * n
-                ex, ey, ez = ex + 2 * ax, ey + 2 * ay, ez + 2 * az
+            t, end = near[row, column], far[row, column]
+            if end > t:
+                entry = start[row, column] + t * step[row, column]
+                _line(samples, entry, step[row, column], end - t, length, least, picture[row, column])
+
+
+@part
+def _line(samples, p, d, path, length, least, pixel):
+    """Bresenham's line from where a ray enters, at `p`, to where it leaves."""
+    nz, ny, nx, _ = samples.shape
+    x, last_x = _ends(p[0], p[0] + path * d[0], d[0], nx)
+    y, last_y = _ends(p[1], p[1] + path * d[1], d[1], ny)
+    z, last_z = _ends(p[2], p[2] + path * d[2], d[2], nz)
+    sx, sy, sz = np.sign(last_x - x), np.sign(last_y - y), np.sign(last_z - z)
+    ax, ay, az = abs(last_x - x), abs(last_y - y), abs(last_z - z)
+    n = max(ax, ay, az)
+    ex, ey, ez = 2 * ax - n, 2 * ay - n, 2 * az - n
+    each = length if length > 0 else path / (n + 1)
+    transmittance = 1.0
+    for _ in range(n + 1):
+        transmittance = add_behind(pixel, transmittance, samples[z, y, x], each)
+        if transmittance < least:
+            break
+        # The longest axis has e = n > 0 always, and moves each time.
+        if ex > 0:
+            x, ex = x + sx, ex - 2 * n
+        if ey > 0:
+            y, ey = y + sy, ey - 2 * n
+        if ez > 0:
+            z, ez = z + sz, ez - 2 * n
+        ex, ey, ez = ex + 2 * ax, ey + 2 * ay, ez + 2 * az
 
 
 @compiled
 def tripod(samples, start, step, near, far, length, least, picture):
     """Walk the rays of some rows; a `length` of 0 asks for true ones."""
-    nz, ny, nx, _ = samples.shape
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             t, end = near[row, column], far[row, column]
-            if not end > t:
-                continue
-            d = step[row, column]
-            px, py, pz = start[row, column, 0] + t * d[0], start[row, column, 1] + t * d[1], start[row, column, 2] + t * d[2]
-            x, last_x = _first_of(px, px + (end - t) * d[0], d[0], nx)
-            y, last_y = _first_of(py, py + (end - t) * d[1], d[1], ny)
-            z, last_z = _first_of(pz, pz + (end - t) * d[2], d[2], nz)
-            sx, sy, sz = 1 if d[0] >= 0 else -1, 1 if d[1] >= 0 else -1, 1 if d[2] >= 0 else -1
-            ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])
-            # Distances to the faces ahead, along each axis.
-            rx = x + 1 - px if sx > 0 else px - x
-            ry = y + 1 - py if sy > 0 else py - y
-            rz = z + 1 - pz if sz > 0 else pz - z
-            tx, ty, tz = t + rx / ax, t + ry / ay, t + rz / az  # infinite where a ray is parallel to an axis's faces
-            exy, exz, ezy = ay * rx - ax * ry, az * rx - ax * rz, ay * rz - az * ry
-            n = abs(last_x - x) + abs(last_y - y) + abs(last_z - z) + 1
-            transmittance = 1.0
-            while n > 0:
-                i, j, k, leaves = x, y, z, end
-                if exy < 0 and exz < 0:
-                    leaves, tx = tx, tx + 1 / ax
-                    x, exy, exz = x + sx, exy + ay, exz + az
-                elif exy >= 0 and ezy >= 0:
-                    leaves, ty = ty, ty + 1 / ay
-                    y, exy, ezy = y + sy, exy - ax, ezy - az
-                else:
-                    leaves, tz = tz, tz + 1 / az
-                    z, exz, ezy = z + sz, exz - ax, ezy + ay
-                if i < 0 or i >= nx or j < 0 or j >= ny or k < 0 or k >= nz:
-                    break  # rounding in a face or an edge of the box
-                each = length if length > 0 else max(min(leaves, end) - t, 0.0)
-                transmittance = _add(picture[row, column], transmittance, samples[k, j, i], each)
-                t, n = max(leaves, t), n - 1
-                if transmittance < least:
-                    break
+            if end > t:
+                entry = start[row, column] + t * step[row, column]
+                _faces(samples, entry, step[row, column], end - t, length, least, picture[row, column])
+
+
+@part
+def _faces(samples, p, d, path, length, least, pixel):
+    """Walk from face to face from where a ray enters, at `p`; algorithm 6.3."""
+    nz, ny, nx, _ = samples.shape
+    x, last_x = _ends(p[0], p[0] + path * d[0], d[0], nx)
+    y, last_y = _ends(p[1], p[1] + path * d[1], d[1], ny)
+    z, last_z = _ends(p[2], p[2] + path * d[2], d[2], nz)
+    sx, sy, sz = 1 if d[0] >= 0 else -1, 1 if d[1] >= 0 else -1, 1 if d[2] >= 0 else -1
+    ax, ay, az = abs(d[0]), abs(d[1]), abs(d[2])
+    rx, ry, rz = _ahead(p[0], x, sx), _ahead(p[1], y, sy), _ahead(p[2], z, sz)
+    tx, ty, tz = rx / ax, ry / ay, rz / az  # infinite where a ray is parallel to an axis's faces
+    exy, exz, ezy = ay * rx - ax * ry, az * rx - ax * rz, ay * rz - az * ry
+    n = abs(last_x - x) + abs(last_y - y) + abs(last_z - z) + 1
+    t, transmittance = 0.0, 1.0
+    while n > 0 and transmittance >= least:
+        i, j, k = x, y, z
+        if exy < 0 and exz < 0:
+            leaves, tx = tx, tx + 1 / ax
+            x, exy, exz = x + sx, exy + ay, exz + az
+        elif exy >= 0 and ezy >= 0:
+            leaves, ty = ty, ty + 1 / ay
+            y, exy, ezy = y + sy, exy - ax, ezy - az
+        else:
+            leaves, tz = tz, tz + 1 / az
+            z, exz, ezy = z + sz, exz - ax, ezy + ay
+        if i < 0 or i >= nx or j < 0 or j >= ny or k < 0 or k >= nz:
+            break  # rounding in a face or an edge of the box
+        leaves = max(min(leaves, path), t)
+        transmittance = add_behind(pixel, transmittance, samples[k, j, i], length if length > 0 else leaves - t)
+        t, n = leaves, n - 1
+
+
+@part
+def _ends(low, high, step, count):
+    """Return the voxels along one axis where a ray enters, at `low`, and leaves, at `high`."""
+    forward = step >= 0
+    first = math.floor(low) if forward else math.ceil(low) - 1
+    last = math.ceil(high) - 1 if forward else math.floor(high)
+    return min(max(first, 0), count - 1), min(max(last, 0), count - 1)
+
+
+@part
+def _ahead(position, voxel, sign):
+    """Return the distance along one axis to the face ahead."""
+    return voxel + 1 - position if sign > 0 else position - voxel

@@ -1,0 +1,36 @@
+"""What the compressing methods share: which coefficients are kept, and how many bits they take."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.util.errors import InputError
+
+_BITS = 32  # of a coefficient
+
+
+def checked_fraction(kept: float) -> float:
+    """Return `kept`, or raise InputError unless it is above 0 and at most 1."""
+    if not 0 < kept <= 1:
+        raise InputError(f"kept must be above 0 and at most 1, got {kept!r}")
+    return kept
+
+
+def keep_largest(coefficients: NDArray[np.float32], kept: float, samples: int) -> None:
+    """Set all but the largest coefficients to 0, in place; as many are kept as a fraction of `samples`.
+
+    The transforms are orthonormal, so that no other choice of as many has a smaller mean square error of the values.
+    """
+    dropped = coefficients.size - round(kept * samples)
+    if dropped > 0:
+        coefficients[np.argpartition(np.abs(coefficients), dropped)[:dropped]] = 0
+
+
+def bits_per_voxel(coefficients: int, samples: int) -> float:
+    """Return the bits of so many coefficients, and of their places: a bit map, coded by its entropy."""
+    fraction = min(coefficients / samples, 1.0)
+    places = sum(-each * math.log2(each) for each in (fraction, 1 - fraction) if each > 0)
+    return _BITS * fraction + places
