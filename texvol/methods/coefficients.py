@@ -19,18 +19,22 @@ def checked_fraction(kept: float) -> float:
     return kept
 
 
-def keep_largest(coefficients: NDArray[np.float32], kept: float, samples: int) -> None:
-    """Set all but the largest coefficients to 0, in place; as many are kept as a fraction of `samples`.
+def keep_largest(coefficients: NDArray[np.float32], kept: float) -> None:
+    """Set all but the largest coefficients to 0, in place; `kept` is the fraction that is kept.
 
     The transforms are orthonormal, so that no other choice of as many has a smaller mean square error of the values.
     """
-    dropped = coefficients.size - round(kept * samples)
-    if dropped > 0:
+    dropped = coefficients.size - round(kept * coefficients.size)
+    if dropped:
         coefficients[np.argpartition(np.abs(coefficients), dropped)[:dropped]] = 0
 
 
-def bits_per_voxel(coefficients: int, samples: int) -> float:
-    """Return the bits of so many coefficients, and of their places: a bit map, coded by its entropy."""
-    fraction = min(coefficients / samples, 1.0)
-    places = sum(-each * math.log2(each) for each in (fraction, 1 - fraction) if each > 0)
-    return _BITS * fraction + places
+def bits_per_voxel(coefficients: NDArray[np.float32], samples: int) -> float:
+    """Return the bits for each of so many samples: of the coefficients that are not 0, and of their places.
+
+    The places are a bit map, coded by its entropy.
+    """
+    kept = int(np.count_nonzero(coefficients))
+    fraction = kept / coefficients.size
+    entropy = sum(-each * math.log2(each) for each in (fraction, 1 - fraction) if each > 0)
+    return (_BITS * kept + entropy * coefficients.size) / samples

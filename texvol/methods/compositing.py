@@ -13,6 +13,7 @@ from texvol.scene.transfer import TransferFunction
 
 # Below this optical depth, (1 - e^-x) / x is 1 to float64's digits, and 0 / 0 is not computed.
 _THIN = 1e-16
+_ROUNDING = 1e-9  # of a step: a path of 8 steps and an ulp is not cut into 9
 
 
 class Table(NamedTuple):
@@ -26,6 +27,12 @@ class Table(NamedTuple):
 def table_of(medium: TransferFunction) -> Table:
     """Return the points of a transfer function that depends on the value alone, none opaque."""
     return Table(medium.values, medium.numbers, not (medium.emissive or medium.premultiplied))
+
+
+@part
+def steps_in(path, distance):
+    """Return the number of equal steps, none longer than `distance`, that a path is cut into; at least 1."""
+    return max(math.ceil(path / distance - _ROUNDING), 1)
 
 
 @part

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from texvol.methods.coefficients import bits_per_voxel, checked_fraction, keep_largest
 from texvol.methods.compiling import compiled, part
-from texvol.methods.compositing import add_behind, classify, table_of
+from texvol.methods.compositing import add_behind, classify, steps_in, table_of
 from texvol.methods.method import Method, Numbers, Size, with_background
 from texvol.methods.rays import in_threads, rays_of
 from texvol.scene.camera import Camera
@@ -38,7 +38,7 @@ class Cosines(Method):
     Parameters
     ----------
     kept : float
-        Coefficients that are kept, as a fraction of the number of samples.
+        Fraction of the coefficients that is kept.
     sampling_rate : float
         Steps per smallest spacing, at least, where a block has more than its mean.
 
@@ -59,8 +59,8 @@ class Cosines(Method):
             raise InputError(f"sampling_rate must be positive and finite, got {sampling_rate!r}")
         self.kept, self.sampling_rate = checked_fraction(kept), sampling_rate
         blocks = _transformed(self.volume.values)
-        keep_largest(blocks.reshape(-1), kept, self.volume.values.size)
-        self.bits_per_voxel = bits_per_voxel(int(np.count_nonzero(blocks)), self.volume.values.size)
+        keep_largest(blocks.reshape(-1), kept)
+        self.bits_per_voxel = bits_per_voxel(blocks, self.volume.values.size)
         filled = blocks.reshape(-1, _EDGE**3) != 0
         self.grid = np.array(blocks.shape[:3])
         self.ends = np.append(0, np.cumsum(filled.sum(axis=1)))  # where a block's coefficients begin, and end
@@ -124,7 +124,7 @@ def cast(grid, ends, places, coefficients, points, start, step, near, far, dista
                 index = (block[2] * grid[1] + block[1]) * grid[2] + block[0]
                 here = slice(ends[index], ends[index + 1])
                 is_constant = places[here].size == 0 or (places[here].size == 1 and places[here][0] == 0)
-                steps = 1 if is_constant else math.ceil((leaves - t) / distance)
+                steps = 1 if is_constant else steps_in(leaves - t, distance)
                 for i in range(steps):
                     at = t + (i + 0.5) * (leaves - t) / steps
                     for axis in range(3):

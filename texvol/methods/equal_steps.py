@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from texvol.methods.compiling import compiled, part
-from texvol.methods.compositing import add_behind, classify, table_of
+from texvol.methods.compositing import add_behind, classify, steps_in, table_of
 from texvol.methods.method import Method, Numbers, Size, classified, with_background
 from texvol.methods.rays import in_threads, rays_of
 from texvol.scene.camera import Camera
@@ -113,7 +113,7 @@ def march_values(values, table, start, step, near, far, distance, least, picture
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             path = far[row, column] - near[row, column]
-            steps = math.ceil(path / distance) if path > 0 else 0
+            steps = steps_in(path, distance) if path > 0 else 0
             transmittance = 1.0
             for i in range(steps):
                 t = near[row, column] + (i + 0.5) * (path / steps)
@@ -138,7 +138,7 @@ def march_classified(samples, interpolates, start, step, near, far, distance, le
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             path = far[row, column] - near[row, column]
-            steps = math.ceil(path / distance) if path > 0 else 0
+            steps = steps_in(path, distance) if path > 0 else 0
             transmittance = 1.0
             for i in range(steps):
                 t = near[row, column] + (i + 0.5) * (path / steps)

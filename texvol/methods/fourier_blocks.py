@@ -1,8 +1,8 @@
 """Projection of blocks in the frequency domain, then composited (section 6.5.1; Chiueh, He, Kaufman, Pfister 1994).
 
 The volume is divided into blocks of M³ samples. Once, the emission and the extinction of each block are transformed;
-for each view every block is projected by a slice through its spectrum (see `spectrum`), Q = ∫ q ds and D = ∫ τ ds, and the
-blocks are composited front to back. Within a block a pixel is shown as if both were spread evenly over the ray:
+for each view every block is projected by a slice through its spectrum (see `spectrum`), Q = ∫ q ds and D = ∫ τ ds,
+and the blocks are composited front to back. Within a block a pixel is shown as if both were spread evenly over the ray:
 
     C = Q (1 - e^-D) / D,    A = 1 - e^-D
 
@@ -53,7 +53,7 @@ class FourierBlocks(Method):
             raise InputError(f"block must be from 2 to 256 samples, got {block!r}")
         if interpolation not in ORDERS:
             raise InputError(f"interpolation must be one of {', '.join(ORDERS)}, got {interpolation!r}")
-        self.block, self.order = block, ORDERS[interpolation]
+        self.block, self.interpolation = block, ORDERS[interpolation]
         samples = classified(scene)
         places = list(product(*(range(0, count, block) for count in samples.shape[:3])))
         filled = [each for each in places if self._part(samples, each).any()]
@@ -70,7 +70,8 @@ class FourierBlocks(Method):
         return samples[tuple(slice(each, each + self.block) for each in first)]
 
     def _transformed(self, part: NDArray) -> list[Spectrum]:
-        return [Spectrum(part[..., channel], _PADDING, self.order, self.order == 1) for channel in range(4)]
+        linear = self.interpolation == ORDERS["linear"]
+        return [Spectrum(part[..., channel], _PADDING, self.interpolation, linear) for channel in range(4)]
 
     def picture(self, camera: Camera, size: Size) -> Numbers:
         """Return the picture, shape (height, width, 4)."""
@@ -96,8 +97,8 @@ class FourierBlocks(Method):
         # Trilinear weights reach a whole spacing beyond the outer samples.
         reach = np.abs(plane.frame @ (to_world * (shape[::-1] + 1))).sum(axis=1) / 2
         window, there = plane.window(reach)
-        if not (window.columns.count and window.rows.count):
-            return there, np.zeros((window.rows.count, window.columns.count, 4))
+        if not (window.columns.number and window.rows.number):
+            return there, np.zeros((window.rows.number, window.columns.number, 4))
         channels = [each.projection(to_world, window, "linear", _PADDING) for each in self.spectra[first]]
         return there, np.maximum(np.stack(channels, axis=-1), 0.0)
 

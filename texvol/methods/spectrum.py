@@ -3,8 +3,9 @@
     p(u, v) = ∫ f ds   ⇔   P(k_u, k_v) = F(k_u right + k_v up)
 
 The spectrum of a projection is the slice of the 3-D spectrum through its origin, parallel to the picture (section
-6.5.1; Dunne 1990, Malzbender 1993). F is known at the frequencies of the discrete transform and interpolated between them. Its
-period is that of the samples; what takes the place of the samples in space is the reconstruction, a factor H of F:
+6.5.1; Dunne 1990, Malzbender 1993). F is known at the frequencies of the discrete transform and interpolated between
+them. Its period is that of the samples; what takes the place of the samples in space is the reconstruction, a factor H
+of F:
 
     H = 1 up to half a period and 0 beyond: band-limited; or
     H = Π_axes (sin πν / πν)², ν in periods: trilinear interpolation, whose replicas fade with ν²
@@ -35,7 +36,7 @@ class Pixels(NamedTuple):
 
     first: float
     pitch: float
-    count: int
+    number: int
 
 
 class Plane(NamedTuple):
@@ -54,7 +55,7 @@ class Plane(NamedTuple):
 def _within(pixels: Pixels, reach: float) -> tuple[Pixels, slice]:
     """Return the pixels at -`reach` to `reach`, and their place among all."""
     ends = (np.array([-reach, reach]) - pixels.first) / pixels.pitch
-    low, high = np.clip([np.ceil(ends.min()), np.floor(ends.max()) + 1], 0, pixels.count).astype(int)
+    low, high = np.clip([np.ceil(ends.min()), np.floor(ends.max()) + 1], 0, pixels.number).astype(int)
     return Pixels(pixels.first + low * pixels.pitch, pixels.pitch, max(high - low, 0)), slice(low, max(high, low))
 
 
@@ -162,7 +163,7 @@ def _inverse(spectrum: NDArray, half: int, apart: float, pixels: Pixels, axis: i
     from scipy.signal import CZT
 
     turn = 2j * np.pi * apart
-    transform = CZT(2 * half + 1, pixels.count, w=np.exp(turn * pixels.pitch), a=np.exp(-turn * pixels.first))
-    position = pixels.first + pixels.pitch * np.arange(pixels.count)
+    transform = CZT(2 * half + 1, pixels.number, w=np.exp(turn * pixels.pitch), a=np.exp(-turn * pixels.first))
+    position = pixels.first + pixels.pitch * np.arange(pixels.number)
     factor = np.where(np.abs(position) * apart <= 0.5, np.exp(-turn * half * position), 0)
     return transform(spectrum, axis=axis) * (factor[:, np.newaxis] if axis == 0 else factor)

@@ -37,7 +37,7 @@ class Wavelets(Method):
     Parameters
     ----------
     kept : float
-        Coefficients that are kept, as a fraction of the number of samples.
+        Fraction of the coefficients that is kept.
 
     Attributes
     ----------
@@ -64,15 +64,14 @@ class Wavelets(Method):
 
     def _threshold(self, means: NDArray, details: list[NDArray]) -> float:
         """Set small coefficients to 0; return the bits per voxel."""
-        samples = self.volume.values.size
         flat = np.concatenate([means.ravel(), *(each.ravel() for each in details)])
-        keep_largest(flat, self.kept, samples)
+        keep_largest(flat, self.kept)
         means[:] = flat[: means.size].reshape(means.shape)
         at = means.size
         for each in details:
             each[:] = flat[at : at + each.size].reshape(each.shape)
             at += each.size
-        return bits_per_voxel(int(np.count_nonzero(flat)), samples)
+        return bits_per_voxel(flat, self.volume.values.size)
 
     def picture(self, camera: Camera, size: Size) -> Numbers:
         """Return the picture, shape (height, width, 4)."""
@@ -106,11 +105,11 @@ def _octree(details: list[NDArray]) -> tuple[NDArray[np.int32], NDArray[np.int64
     """
     nodes: list[NDArray] = []
     rows: list[NDArray] = []
-    finer = np.ones(np.multiply(details[0].shape[1:], 2), np.bool_)  # voxels are uniform
+    finer: NDArray = np.ones(np.multiply(details[0].shape[1:], 2), np.bool_)  # voxels are uniform
     for level, each in enumerate(details, start=1):
         empty = ~each.any(axis=0)
         z, y, x = empty.shape
-        finer = empty & finer.reshape(z, 2, y, 2, x, 2).all(axis=(1, 3, 5))
+        finer = empty & np.asarray(finer.reshape(z, 2, y, 2, x, 2).all(axis=(1, 3, 5)))
         node = np.where(finer, _UNIFORM, _NONE).astype(np.int32)
         node[~empty] = sum(map(len, rows)) + np.arange(np.count_nonzero(~empty))
         nodes.append(node.ravel())
