@@ -13,7 +13,7 @@ from texvol.report.error_pictures import error_pictures
 from texvol.report.measuring import Findings
 from texvol.report.orders import slab_orders
 from texvol.report.table import fronts
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.version import __version__
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
@@ -64,22 +64,26 @@ def _answer(findings: Findings) -> str:
 
 
 def _metadata(findings: Findings) -> list[tuple[str, str]]:
-    volume, camera = findings.scene.volume, findings.scene.camera
-    assert camera is not None
-    unit = volume.unit or "world units"
-    view = f"{camera.fov:g}° from bottom to top"
-    if camera.projection != "perspective":
-        view = f"{camera.height:.5g} {unit} high"
-    metadata = [
-        *(fact for each in findings.scene.completed(findings.size).each_alone() for fact in _volume_metadata(each)),
-        ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
-        ("picture", "{} × {} pixels".format(*findings.size)),
-    ]
+    metadata = scene_metadata(findings.scene.completed(findings.size), findings.size)
     model = findings.truths.model_error
     if model is not None:
         error = f"maximum {words.max_of(model)}, rms {words.rms_of(model)}"
         metadata.append(("model error of slab and extinction", error))
     return metadata
+
+
+def scene_metadata(scene: CompleteScene, size: tuple[int, int]) -> list[tuple[str, str]]:
+    """Return names and texts of what a scene shows, and how it is seen."""
+    volume, camera = scene.volume, scene.camera
+    unit = volume.unit or "world units"
+    view = f"{camera.fov:g}° from bottom to top"
+    if camera.projection != "perspective":
+        view = f"{camera.height:.5g} {unit} high"
+    return [
+        *(fact for each in scene.each_alone() for fact in _volume_metadata(each)),
+        ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
+        ("picture", "{} × {} pixels".format(*size)),
+    ]
 
 
 def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
