@@ -35,12 +35,14 @@ def add_methods(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Measure the methods, write the page and print its path."""
     from texvol.methods import METHODS
-    from texvol.report import folder, survey
+    from texvol.report import folder
+    from texvol.report.survey.measuring import checked_names
+    from texvol.report.survey.methods_report import methods_report
 
     names = tuple(METHODS)
     if arguments.methods is not None:
         try:
-            names = survey.checked_names([name.strip() for name in arguments.methods.split(",")])
+            names = checked_names([name.strip() for name in arguments.methods.split(",")])
         except InputError as error:
             raise InputError(f"--{error}") from None
     scene_options = options.SceneOptions(arguments)
@@ -52,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
     folder.check_libraries("texvol methods")
     scene = scene_options.scene(scene_options.load())
     command = shlex.join(["texvol", *arguments.line])
-    page = survey.methods_report(
+    page = methods_report(
         scene, arguments.output, scene_options.size, names, backend=arguments.backend, command=command
     )
     say(str(page.resolve()))

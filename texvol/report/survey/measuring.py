@@ -105,6 +105,20 @@ def checked_names(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(each for each in METHODS if each in names)
 
 
+def first_refusal(scene: CompleteScene) -> str:
+    """Return why no method can draw a scene, in the words of the first; empty if one can."""
+    reasons = []
+    for name in METHODS:
+        try:
+            method = method_of(name)
+            if method.order != "projection":
+                method.check(scene)
+                return ""
+        except (InputError, MissingExtraError) as error:
+            reasons.append(str(error))
+    return reasons[0] if reasons else ""
+
+
 def survey(
     renderer: Renderer,
     scene: Scene,
