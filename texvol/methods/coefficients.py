@@ -1,4 +1,4 @@
-"""What the compressing methods share: which coefficients are kept, and how many bits they take."""
+"""Coefficients that the compressing methods keep, and the number of bits that they take."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the ray casters share: a value is classified, and a sample of some length is composited behind a pixel."""
+"""Classification and compositing that the ray casters share: a value, then a sample of some length behind a pixel."""
 
 from __future__ import annotations
 
