@@ -136,3 +136,10 @@ def test_an_emissive_medium_glows_without_extinction() -> None:
 def test_a_bad_rate_is_an_error(rate: float) -> None:
     with pytest.raises(InputError, match="sampling_rate must be positive and finite, got"):
         draw("equal-steps", smooth_scene(), SIZE, sampling_rate=rate)
+
+
+@pytest.mark.parametrize("name", ["tripod", "equal-steps"])
+@pytest.mark.parametrize("least", [-0.1, 1.0, float("nan")])
+def test_a_bad_end_of_rays_is_an_error(name: str, least: float) -> None:
+    with pytest.raises(InputError, match="least_transmittance must be at least 0 and below 1, got"):
+        draw(name, smooth_scene(), SIZE, least_transmittance=least)

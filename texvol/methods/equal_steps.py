@@ -24,7 +24,7 @@ import numpy as np
 from texvol.methods.compiling import compiled, part
 from texvol.methods.compositing import add_behind, classify, steps_in, table_of
 from texvol.methods.method import Method, Numbers, Size, classified, with_background
-from texvol.methods.rays import in_threads, rays_of
+from texvol.methods.rays import checked_transmittance, in_threads, rays_of
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CompleteScene
 from texvol.util.errors import InputError
@@ -50,7 +50,7 @@ class EqualStepsBefore(Method):
         super().__init__(scene)
         if not 0 < sampling_rate < math.inf:
             raise InputError(f"sampling_rate must be positive and finite, got {sampling_rate!r}")
-        self.sampling_rate, self.least_transmittance = sampling_rate, least_transmittance
+        self.sampling_rate, self.least_transmittance = sampling_rate, checked_transmittance(least_transmittance)
         self.prepare()
 
     def prepare(self) -> None:

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 Numbers = NDArray[np.float64]
 _ROWS_AT_ONCE = 8  # of a picture, for one thread; Ctrl-C waits for no more than these
@@ -60,6 +61,13 @@ def cyrus_beck(start: Numbers, step: Numbers, count: Numbers) -> tuple[Numbers, 
     in_face = np.isnan(enters)  # 0 / 0: a ray in a face never crosses it
     enters[in_face], leaves[in_face] = -np.inf, np.inf
     return enters.max(axis=-1), leaves.min(axis=-1)
+
+
+def checked_transmittance(least: float) -> float:
+    """Return `least`, the transmittance at which a ray ends, or raise InputError unless it is from 0 to below 1."""
+    if not 0 <= least < 1:
+        raise InputError(f"least_transmittance must be at least 0 and below 1, got {least!r}")
+    return least
 
 
 def in_threads(draw_rows: Callable[[slice], None], height: int) -> None:

@@ -29,7 +29,7 @@ import numpy as np
 from texvol.methods.compiling import compiled, part
 from texvol.methods.compositing import add_behind
 from texvol.methods.method import Method, Numbers, Size, classified, with_background
-from texvol.methods.rays import in_threads, rays_of
+from texvol.methods.rays import checked_transmittance, in_threads, rays_of
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CompleteScene
 
@@ -56,7 +56,7 @@ class Bresenham(Method):
         super().__init__(scene)
         true = self.lengths_are_true if true_lengths is None else true_lengths
         self.length = 0.0 if true else self.volume.smallest_spacing
-        self.least_transmittance = least_transmittance
+        self.least_transmittance = checked_transmittance(least_transmittance)
         self.samples = classified(scene)
 
     def picture(self, camera: Camera, size: Size) -> Numbers:
