@@ -85,7 +85,7 @@ def test_the_projection_of_any_box_is_its_chord(box: str, view: str) -> None:
     size = (64, 48)
     truth = raycast(scene, size)[..., 0]
     found = draw("fourier-cubic", scene, size)
-    # A box's own edge is spread over a spacing and rings, but its volume is kept: cut where the period ends in one sample.
+    # A box's own edge is spread over a spacing and rings, but its volume is kept, unless the period cuts one sample.
     pixel = camera.height / size[1]
     assert found.sum() * pixel**2 == pytest.approx(abs(np.linalg.det(volume.box_edges)), rel=0.05)
     # Nowhere in the picture is there a second box.

@@ -61,4 +61,4 @@ def add_behind(pixel, transmittance, sample, length):
     for channel in range(3):
         pixel[channel] += seen * sample[channel]
     pixel[3] += transmittance * opacity
-    return transmittance * math.exp(-depth)
+    return transmittance * (1 - opacity)
