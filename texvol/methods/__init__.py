@@ -15,7 +15,12 @@ from texvol.util.errors import InputError
 __all__ = ["METHODS", "Method", "draw", "method_of"]
 
 # Module and class of each method, in the order of the survey's sections.
-METHODS: dict[str, tuple[str, str]] = {}
+METHODS: dict[str, tuple[str, str]] = {
+    "splatting": ("splatting", "Splatting"),
+    "v-buffer": ("v_buffer", "VBuffer"),
+    "coherent-projection": ("coherent_projection", "CoherentProjection"),
+    "shear-warp": ("shear_warp", "ShearWarp"),
+}
 
 
 def method_of(name: str) -> type[Method]:
