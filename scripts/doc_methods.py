@@ -16,11 +16,12 @@ from PIL import Image
 import texvol
 from texvol import Camera, Renderer, Scene
 from texvol.formats.pictures.page_pictures import colored, png
-from texvol.methods import METHODS, draw, method_of
+from texvol.methods import METHODS, Method, draw, method_of
 from texvol.ray_casting import raycast
 from texvol.scene import orbit
 
 Figure = tuple[str, Image.Image]  # name of the file, picture
+Drawn = tuple[NDArray, float]  # picture, and its seconds
 _SIZE = (256, 256)
 _LEAST, _MOST = -4.0, 0.0  # powers of ten at the ends of the scale of error pictures
 _WALKS = ("bresenham", "tripod", "bresenham-true", "tripod-true")
@@ -30,7 +31,7 @@ _INKS = {
     "wavelets": "#56a0e4", "dct": "#b978c2",
 }  # fmt: skip
 _RATES = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-_TURNS = 5  # pictures of which the median time is taken
+_TURNS = 7  # pictures of which the median time is taken
 
 
 def draw_methods(folder: Path) -> Iterator[Figure]:
@@ -78,15 +79,17 @@ def _of_shear_warp(scene: Scene) -> Image.Image:
     for name, column in zip(names, axes[1], strict=True):
         _show(column, name, draw(name, scene, _SIZE), truth)
     panel, complete = axes[0], scene.completed(_SIZE)
+    sliced = replace(scene, classification="slab")
     cast = [method_of("equal-steps-before")(complete, sampling_rate=rate) for rate in _RATES]  # type: ignore[call-arg]
-    _curve(panel, "ray casting", [lambda each=each: each.picture(complete.camera, _SIZE) for each in cast], truth)
     with Renderer() as renderer:
-        sliced = replace(scene, classification="slab")
-        ways = [lambda rate=rate: renderer.render(sliced, _SIZE, sampling_rate=rate) for rate in _RATES]
-        _curve(panel, "texvol slab", ways, truth)
-    if "shear-warp" in names:
-        warped = method_of("shear-warp")(complete)
-        _curve(panel, "shear-warp", [lambda: warped.picture(complete.camera, _SIZE)], truth)
+        ways: dict[str, list[Callable[[], Drawn]]] = {
+            "texvol slab": [lambda rate=rate: _sliced(renderer, sliced, rate) for rate in _RATES],
+            "ray casting": [lambda each=each: _timed(each, complete) for each in cast],
+        }
+        if "shear-warp" in names:
+            warped = method_of("shear-warp")(complete)
+            ways["shear-warp"] = [lambda: _timed(warped, complete)]
+        _curves(panel, ways, truth)
     panel.set(xscale="log", yscale="log", xlabel="milliseconds of a picture", ylabel="rms error")
     panel.set_title("The source: 1.2 s and 13.8 s, and no error")
     return _picture(figure, panel)
@@ -109,19 +112,35 @@ def _of_bits(scene: Scene) -> Image.Image:
     return _picture(figure, axes[0])
 
 
-def _curve(panel: Any, name: str, ways: list[Callable[[], NDArray]], truth: NDArray) -> None:
-    """Plot median milliseconds and rms error of several ways to draw."""
-    points = []
-    for way in ways:
-        way()
-        seconds = []
-        for _ in range(_TURNS):
-            start = time.perf_counter()
-            picture = way()
-            seconds.append(time.perf_counter() - start)
-        points.append((1e3 * float(np.median(seconds)), _rms(picture, truth)))
-        print(f"  {name}: {points[-1][0]:.1f} ms, {points[-1][1]:.1e}")
-    panel.plot(*zip(*points, strict=True), "o-", color=_INKS[name], markersize=5, label=name)
+def _timed(method: Method, complete: Any) -> Drawn:
+    """Return a picture by a method that is prepared, and the seconds that it took."""
+    start = time.perf_counter()
+    picture = method.picture(complete.camera, _SIZE)
+    return picture, time.perf_counter() - start
+
+
+def _sliced(renderer: Renderer, scene: Scene, rate: float) -> Drawn:
+    """Return a picture by slices, and the seconds of its frame, without those of its texture."""
+    picture = renderer.render(scene, _SIZE, sampling_rate=rate)
+    return picture, renderer.seconds["draw"] + renderer.seconds["read"]
+
+
+def _curves(panel: Any, ways: dict[str, list[Callable[[], Drawn]]], truth: NDArray) -> None:
+    """Plot median milliseconds and rms error of all ways to draw; all have one turn before any has its next."""
+    seconds: dict[tuple[str, int], list[float]] = {}
+    errors: dict[tuple[str, int], float] = {}
+    for turn in range(_TURNS + 1):
+        for name, each in ways.items():
+            for number, way in enumerate(each):
+                picture, taken = way()
+                errors[name, number] = _rms(picture, truth)
+                if turn:  # the first is not warm
+                    seconds.setdefault((name, number), []).append(taken)
+    for name, each in ways.items():
+        keys = [(name, number) for number in range(len(each))]
+        points = [(1e3 * float(np.median(seconds[key])), errors[key]) for key in keys]
+        print(f"  {name}:", *(f"{milliseconds:.1f} ms {error:.1e}," for milliseconds, error in points))
+        panel.plot(*zip(*points, strict=True), "o-", color=_INKS[name], markersize=5, label=name)
 
 
 def _rms(picture: NDArray, truth: NDArray) -> float:

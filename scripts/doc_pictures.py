@@ -35,7 +35,7 @@ QUALITY = 88
 _FENCE = re.compile(r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)```", re.DOTALL)
 _DRAWN_HERE = {
     "thumbnails": draw_thumbnails, "slabs": draw_slabs, "slicing": draw_slicing, "layers": draw_layers,
-    "methods": draw_methods, "screenshot": draw_window,
+    "walks": draw_methods, "screenshot": draw_window,
 }  # fmt: skip
 
 
@@ -97,7 +97,7 @@ def main() -> int:
     parser.add_argument(
         "--only",
         metavar="PAGE,PAGE",
-        help="pages by name, thumbnails, slabs, layers, methods, screenshot; all unless told",
+        help="pages by name, thumbnails, slabs, layers, walks, screenshot; all unless told",
     )
     only = parser.parse_args().only
     pages = {path.stem: path for path in [DOCS.parents[1] / "README.md", *sorted(DOCS.glob("*.md"))]}
