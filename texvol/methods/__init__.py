@@ -20,6 +20,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "v-buffer": ("v_buffer", "VBuffer"),
     "coherent-projection": ("coherent_projection", "CoherentProjection"),
     "shear-warp": ("shear_warp", "ShearWarp"),
+    "volume-transformation": ("volume_transformation", "VolumeTransformation"),
 }
 
 
