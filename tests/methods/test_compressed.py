@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.method_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
+from support.survey_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
 from support.scenes import random_volume
 
 from texvol.methods import draw, method_of

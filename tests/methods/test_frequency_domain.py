@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.method_scenes import BOXES, SIZE, VIEWS, constant_scene, inside, rms_error, smooth_scene
+from support.survey_scenes import BOXES, SIZE, VIEWS, constant_scene, inside, rms_error, smooth_scene
 
 from texvol.methods import draw, method_of
 from texvol.methods.method import Method

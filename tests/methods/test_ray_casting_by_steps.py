@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.method_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
+from support.survey_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
 
 from texvol.methods import draw
 from texvol.ray_casting import raycast

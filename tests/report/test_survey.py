@@ -12,7 +12,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from support.method_scenes import SIZE, smooth_scene
+from support.survey_scenes import SIZE, smooth_scene
 from support.scenes import BONE, smooth_volume
 
 from texvol.__main__ import main

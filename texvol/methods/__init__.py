@@ -27,6 +27,7 @@ METHODS: dict[str, tuple[str, str]] = {
     "v-buffer": ("v_buffer", "VBuffer"),
     "coherent-projection": ("coherent_projection", "CoherentProjection"),
     "shear-warp": ("shear_warp", "ShearWarp"),
+    "volume-transformation": ("volume_transformation", "VolumeTransformation"),
     "fourier": ("fourier", "Fourier"),
     "fourier-padded": ("fourier", "FourierPadded"),
     "fourier-cubic": ("fourier", "FourierCubic"),

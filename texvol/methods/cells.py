@@ -7,6 +7,7 @@ axis reach half a spacing beyond the outermost sample only, to the end of the bo
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,9 @@ from numpy.typing import NDArray
 
 from texvol.methods.grid_view import GridView
 from texvol.ray_casting.common.compiling import compiled
+
+# Cached functions that call those below close over this: numba itself watches only the file of the caller.
+SOURCE = Path(__file__).read_text(encoding="utf-8")
 
 
 def any_corner(padded: NDArray[Any], of_two: Callable[[NDArray[Any], NDArray[Any]], NDArray[Any]]) -> NDArray[Any]:

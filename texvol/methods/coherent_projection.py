@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from texvol.methods import cells
 from texvol.methods.cells import any_corner, cell_order, path_in_cell, pixels_below, shows_through
 from texvol.methods.grid_view import grid_view
 from texvol.methods.method import LEAST_TRANSMITTANCE, Method, Numbers, Size, classified, with_background
@@ -51,9 +52,7 @@ class CoherentProjection(Method):
         view = grid_view(self.volume, camera, size)
         picture = np.zeros((size[1], size[0], 4))
         rays = (view.start, view.across, view.down, view.step, view.near)
-        _draw(
-            self._media, self._shows, cell_order(view), rays, view.to_picture, self.least_transmittance, picture
-        )
+        _draw(self._media, self._shows, cell_order(view), rays, view.to_picture, self.least_transmittance, picture)
         return with_background(picture, self.scene)
 
 
@@ -68,34 +67,41 @@ def _add_half(media, i, j, k, x, y, z, mean):  # type: ignore[no-untyped-def]
                 mean[channel] += weight * media[k + c, j + b, i + a, channel]
 
 
-@compiled_and_cached
-def _draw(media, shows, order, rays, to_picture, least, picture):  # type: ignore[no-untyped-def]
-    """Add all cells, front to back, to a picture."""
-    start, across, down, step, near = rays
-    first, forward = order
-    nz, ny, nx = shows.shape
-    mean = np.zeros(4)
-    for c in range(nz):
-        for b in range(ny):
-            for a in range(nx):
-                i, j, k = first[0] + a * forward[0], first[1] + b * forward[1], first[2] + c * forward[2]
-                if not shows[k, j, i]:
-                    continue
-                top, bottom, left, right = pixels_below(i, j, k, shows.shape, start, to_picture, picture.shape)
-                for row in range(top, bottom):
-                    for column in range(left, right):
-                        if 1 - picture[row, column, 3] <= least:
-                            continue
-                        x = start[0] + column * across[0] + row * down[0]
-                        y = start[1] + column * across[1] + row * down[1]
-                        z = start[2] + column * across[2] + row * down[2]
-                        ends = path_in_cell(i, j, k, shows.shape, x, y, z, step, near)
-                        if ends[1] <= ends[0]:
-                            continue
-                        mean[:] = 0.0
-                        for s in ends:
-                            # Cell 0 lies before sample 0, which is at 1 in padded samples.
-                            u, v, w = x + s * step[0] + 1 - i, y + s * step[1] + 1 - j, z + s * step[2] + 1 - k
-                            _add_half(media, i, j, k, u, v, w, mean)
-                        path = ends[1] - ends[0]
-                        shows_through(picture[row, column], mean[0], mean[1], mean[2], mean[3], path)
+def _drawer(source):  # type: ignore[no-untyped-def]
+    @compiled_and_cached
+    def draw(media, shows, order, rays, to_picture, least, picture):  # type: ignore[no-untyped-def]
+        """Add all cells, front to back, to a picture."""
+        source  # noqa: B018 - see compiled_and_cached
+        start, across, down, step, near = rays
+        first, forward = order
+        nz, ny, nx = shows.shape
+        mean = np.zeros(4)
+        for c in range(nz):
+            for b in range(ny):
+                for a in range(nx):
+                    i, j, k = first[0] + a * forward[0], first[1] + b * forward[1], first[2] + c * forward[2]
+                    if not shows[k, j, i]:
+                        continue
+                    top, bottom, left, right = pixels_below(i, j, k, shows.shape, start, to_picture, picture.shape)
+                    for row in range(top, bottom):
+                        for column in range(left, right):
+                            if 1 - picture[row, column, 3] <= least:
+                                continue
+                            x = start[0] + column * across[0] + row * down[0]
+                            y = start[1] + column * across[1] + row * down[1]
+                            z = start[2] + column * across[2] + row * down[2]
+                            ends = path_in_cell(i, j, k, shows.shape, x, y, z, step, near)
+                            if ends[1] <= ends[0]:
+                                continue
+                            mean[:] = 0.0
+                            for s in ends:
+                                # Cell 0 lies before sample 0, which is at 1 in padded samples.
+                                u, v, w = x + s * step[0] + 1 - i, y + s * step[1] + 1 - j, z + s * step[2] + 1 - k
+                                _add_half(media, i, j, k, u, v, w, mean)
+                            path = ends[1] - ends[0]
+                            shows_through(picture[row, column], mean[0], mean[1], mean[2], mean[3], path)
+
+    return draw
+
+
+_draw = _drawer(cells.SOURCE)

@@ -1,4 +1,4 @@
-"""Common base of all methods: a name, a source, the scenes that they draw, and two steps, prepare and draw.
+"""Interface of all methods: a name, a source, the scenes that they draw, and two steps, prepare and draw.
 
 A method is a class. Its constructor does what does not depend on the view (classification, encoding, transforms);
 `picture` draws one view of it. Each states, in the docstring of its module: the author, year and section of the survey,

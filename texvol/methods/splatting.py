@@ -93,7 +93,7 @@ class Splatting(Method):
         )
         return with_background(picture, self.scene)
 
-    def _ellipse(self, view: GridView) -> tuple[NDArray[np.float64], float, float, float]:
+    def _ellipse(self, view: GridView) -> tuple[NDArray, float, float, float]:
         """Return the footprint's form, half width, half height, and height of its middle.
 
         The squared distance of an offset o in pixels is oᵀ form o; the middle is in world units.
@@ -103,7 +103,7 @@ class Splatting(Method):
         samples = abs(np.linalg.det(np.column_stack([view.across, view.down, view.step])))
         middle = 1 / (samples * 2 * np.pi * np.sqrt(np.linalg.det(covariance)))
         half = _REACH * np.sqrt(np.diag(covariance))
-        return np.linalg.inv(covariance), half[0], half[1], middle
+        return np.linalg.inv(covariance), float(half[0]), float(half[1]), float(middle)
 
 
 @compiled

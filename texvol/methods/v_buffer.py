@@ -18,6 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from texvol.methods import cells
 from texvol.methods.cells import any_corner, cell_order, path_in_cell, pixels_below, shows_through
 from texvol.methods.grid_view import grid_view
 from texvol.methods.method import LEAST_TRANSMITTANCE, Method, Numbers, Order, Size, positive, with_background
@@ -91,34 +92,41 @@ def _value_at(values, i, j, k, x, y, z):  # type: ignore[no-untyped-def]
     return total
 
 
-@compiled_and_cached
-def _draw(values, shows, order, rays, to_picture, function, distance, least, picture):  # type: ignore[no-untyped-def]
-    """Add all cells, front to back, to a picture."""
-    start, across, down, step, near = rays
-    first, forward = order
-    nz, ny, nx = shows.shape
-    for c in range(nz):
-        for b in range(ny):
-            for a in range(nx):
-                i, j, k = first[0] + a * forward[0], first[1] + b * forward[1], first[2] + c * forward[2]
-                if not shows[k, j, i]:
-                    continue
-                top, bottom, left, right = pixels_below(i, j, k, shows.shape, start, to_picture, picture.shape)
-                for row in range(top, bottom):
-                    for column in range(left, right):
-                        if 1 - picture[row, column, 3] <= least:
-                            continue
-                        x = start[0] + column * across[0] + row * down[0]
-                        y = start[1] + column * across[1] + row * down[1]
-                        z = start[2] + column * across[2] + row * down[2]
-                        s, s_end = path_in_cell(i, j, k, shows.shape, x, y, z, step, near)
-                        if s_end <= s:
-                            continue
-                        samples = int(np.ceil((s_end - s) / distance))
-                        path = (s_end - s) / samples
-                        for n in range(samples):
-                            at = s + (n + 0.5) * path
-                            # Cell 0 lies before sample 0, which is at 1 in padded samples.
-                            u, v, w = x + at * step[0] + 1 - i, y + at * step[1] + 1 - j, z + at * step[2] + 1 - k
-                            q0, q1, q2, tau = _medium_at(function, _value_at(values, i, j, k, u, v, w))
-                            shows_through(picture[row, column], q0, q1, q2, tau, path)
+def _drawer(source):  # type: ignore[no-untyped-def]
+    @compiled_and_cached
+    def draw(values, shows, order, rays, to_picture, function, distance, least, picture):  # type: ignore[no-untyped-def]
+        """Add all cells, front to back, to a picture."""
+        source  # noqa: B018 - see compiled_and_cached
+        start, across, down, step, near = rays
+        first, forward = order
+        nz, ny, nx = shows.shape
+        for c in range(nz):
+            for b in range(ny):
+                for a in range(nx):
+                    i, j, k = first[0] + a * forward[0], first[1] + b * forward[1], first[2] + c * forward[2]
+                    if not shows[k, j, i]:
+                        continue
+                    top, bottom, left, right = pixels_below(i, j, k, shows.shape, start, to_picture, picture.shape)
+                    for row in range(top, bottom):
+                        for column in range(left, right):
+                            if 1 - picture[row, column, 3] <= least:
+                                continue
+                            x = start[0] + column * across[0] + row * down[0]
+                            y = start[1] + column * across[1] + row * down[1]
+                            z = start[2] + column * across[2] + row * down[2]
+                            s, s_end = path_in_cell(i, j, k, shows.shape, x, y, z, step, near)
+                            if s_end <= s:
+                                continue
+                            samples = int(np.ceil((s_end - s) / distance))
+                            path = (s_end - s) / samples
+                            for n in range(samples):
+                                at = s + (n + 0.5) * path
+                                # Cell 0 lies before sample 0, which is at 1 in padded samples.
+                                u, v, w = x + at * step[0] + 1 - i, y + at * step[1] + 1 - j, z + at * step[2] + 1 - k
+                                q0, q1, q2, tau = _medium_at(function, _value_at(values, i, j, k, u, v, w))
+                                shows_through(picture[row, column], q0, q1, q2, tau, path)
+
+    return draw
+
+
+_draw = _drawer(cells.SOURCE)
