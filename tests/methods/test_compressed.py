@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.survey_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
 from support.scenes import random_volume
+from support.survey_scenes import BOXES, PERSPECTIVE, SIZE, VIEWS, constant_scene, rms_error, smooth_scene
 
 from texvol.methods import draw, method_of
 from texvol.methods.coefficients import bits_per_voxel

@@ -12,8 +12,8 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
-from support.survey_scenes import SIZE, smooth_scene
 from support.scenes import BONE, smooth_volume
+from support.survey_scenes import SIZE, smooth_scene
 
 from texvol.__main__ import main
 from texvol.methods import METHODS, draw
