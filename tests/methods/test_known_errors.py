@@ -146,3 +146,21 @@ def test_more_planes_leave_the_blur_of_a_volume_transformation() -> None:
     scene = Scene(bump(12), fog(), seen_along(bump(12), OBLIQUE))
     found = [rms(errors("volume-transformation", scene, sampling_rate=rate)) for rate in (1, 2, 8)]
     assert found[0] > found[1] and found[2] > 0.9 * found[1]
+
+
+def test_a_footprint_is_the_ellipse_of_its_sample() -> None:
+    """The covariance of the picture is that of the kernel, sigma² along each axis of the grid, projected."""
+    values = np.zeros((7, 7, 7))
+    values[3, 3, 3] = 1
+    sheared = np.array([[-1, 0.2, 0], [0.1, 1, 0.3], [0, -0.2, 1]])
+    volume = Volume(values, (1.0, 0.5, 2.0), (3, 1, 2), sheared)
+    thin = TransferFunction(np.array([0.0, 1.0]), np.ones((2, 3)), np.array([0.0, 0.01]))
+    for view in ((0, 1, 0.2), OBLIQUE, (1, -1, 0.7)):
+        camera = seen_along(volume, view, height=12.0)
+        picture = draw("splatting", Scene(volume, thin, camera), (80, 80))[..., 3]
+        y, x = (np.mgrid[:80, :80] - 39.5) * 12 / 80 * np.array([-1, 1])[:, np.newaxis, np.newaxis]
+        moments = [float((a * b * picture).sum() / picture.sum()) for a, b in ((x, x), (x, y), (y, y))]
+        axes = np.stack([camera.right, camera.upward]) @ volume.world_from_index
+        covariance = 0.65**2 * axes @ axes.T
+        # The table's end takes 3e-3 of the second moments away.
+        np.testing.assert_allclose(moments, covariance[[0, 0, 1], [0, 1, 1]], atol=1e-2 * covariance.max())
