@@ -20,7 +20,7 @@ OBLIQUE = (-0.5, -1.0, -0.35)
 
 
 def bump(samples: int) -> Volume:
-    """Two smooth hills between 0 and 1, of no symmetry and 0 at the sides, in a box of 1 × 1.2 × 0.8."""
+    """Smooth hills between 0 and 1, of no symmetry and 0 at the sides, in a box of 1 × 1.2 × 0.8 whatever `samples`."""
     z, y, x = np.meshgrid(*[(np.arange(samples) + 0.5) / samples] * 3, indexing="ij")
     sides = (np.sin(np.pi * x) * np.sin(np.pi * y) * np.sin(np.pi * z)) ** 2
     values = sides * (0.6 + 0.4 * np.sin(5 * x + 2 * y) * np.cos(4 * z - 3 * y))

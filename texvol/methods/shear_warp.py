@@ -17,8 +17,8 @@ each sample before interpolation. At the sides of the box and at the eye the pat
 Cost: samples that show and are not hidden, times four, plus pixels. Three copies of what shows.
 
 Error: one sample of the ray per slice, at distances of up to √3 spacings (oblique views); the value between slices is
-not interpolated; the warp blurs by up to a sample, so edges of the box and of opaque matter keep an error that only a
-finer grid removes. Order 2 in the spacing of smooth media.
+not interpolated; the warp blurs by up to a sample. Order 2 in the spacing of smooth media. Where a medium reaches the
+sides of the box, and at edges of opaque matter, the blur is of order 1, and only a finer grid removes it.
 """
 
 from __future__ import annotations

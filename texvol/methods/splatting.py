@@ -15,7 +15,8 @@ Cost: samples that show, times the pixels below a footprint (about (2 · 4 sigma
 Error: the Gaussian blurs more than trilinear interpolation (variance sigma² instead of 1/6 of a spacing), and bleeds
 over edges of the box and of the medium. A narrow one lets the grid show: the sum of a constant volume's footprints
 varies by 4 e^(-2 π² sigma²) of itself at most, 1e-3 at the default of 0.65, 3e-2 at 0.5. Samples of a sheet hide each
-other nowhere, and the depth within a sheet is lost. Order 2 in the spacing of smooth media.
+other nowhere, and the depth within a sheet is lost. Order 2 in the spacing of smooth media, order 1 where a medium
+reaches the sides of the box.
 """
 
 from __future__ import annotations

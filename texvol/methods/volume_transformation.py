@@ -15,9 +15,9 @@ two planes of the arrays in between are held.
 
 Cost: the size of T, the picture times planes, whatever shows; nothing is skipped but what is hidden or beside the box.
 
-Error: each pass blurs by linear interpolation along a line that is oblique in the volume, so three passes blur more
-than trilinear interpolation or the two bilinear steps of shear-warp. Order 2 in the spacing of smooth media; more
-planes remove only the part of the midpoint rule.
+Error: each pass interpolates linearly along a line that is oblique in the volume, so three passes blur more than
+trilinear interpolation; less than shear-warp, because T has the pixels of the picture, and no picture is resampled
+after it. Order 2 in the spacing of smooth media; more planes remove only the error of the midpoint rule.
 """
 
 from __future__ import annotations
