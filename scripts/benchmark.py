@@ -25,6 +25,7 @@ SECTIONS = {
     "empty": "benchmark_skipping",
     "opaque": "benchmark_skipping",
     "slicing": "benchmark_slicing",
+    "methods": "benchmark_methods",
     "light": "benchmark_light",
     "gradient": "benchmark_gradients",
     "growth": "benchmark_growth",
@@ -65,7 +66,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, default=default_data(), help="folder of real volumes")
     parser.add_argument("--quick", action="store_true", help="smaller volumes, fewer turns")
     parser.add_argument("--rounds", type=int, help="turns that everything gets")
-    parser.add_argument("--scenes", default="", metavar="PART,…", help="of `errors`, only scenes with this in the name")
+    parser.add_argument(
+        "--scenes",
+        default="",
+        metavar="PART,…",
+        help="of `errors`, only scenes, of `methods`, only methods with this in the name",
+    )
     arguments = parser.parse_args()
     rounds = arguments.rounds or (QUICK_ROUNDS if arguments.quick else ROUNDS)
     scenes = tuple(filter(None, arguments.scenes.split(",")))

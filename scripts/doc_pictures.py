@@ -4,7 +4,8 @@
 
 A picture of a page is the output of the command below it: all commands of the page run, in order, in a folder with the
 example volumes (`example_volumes.py`). JPEG and PNG are reduced to at most WIDTH pixels; films stay as they are. The
-thumbnails of the presets, the figures of slabs and layers and the picture of the window are drawn by functions here.
+thumbnails of the presets, the figures of slabs, layers and methods and the picture of the window are drawn by functions
+here.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from doc_figures import draw_layers, draw_slabs, draw_slicing, draw_thumbnails, draw_window
+from doc_methods import draw_methods
 from example_volumes import SPACING, write_volumes
 from PIL import Image
 
@@ -33,7 +35,7 @@ QUALITY = 88
 _FENCE = re.compile(r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)```", re.DOTALL)
 _DRAWN_HERE = {
     "thumbnails": draw_thumbnails, "slabs": draw_slabs, "slicing": draw_slicing, "layers": draw_layers,
-    "screenshot": draw_window,
+    "walks": draw_methods, "screenshot": draw_window,
 }  # fmt: skip
 
 
@@ -93,7 +95,9 @@ def store(picture: Image.Image, target: Path, width: int = WIDTH) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument(
-        "--only", metavar="PAGE,PAGE", help="pages by name, thumbnails, slabs, layers, screenshot; all unless told"
+        "--only",
+        metavar="PAGE,PAGE",
+        help="pages by name, thumbnails, slabs, layers, walks, screenshot; all unless told",
     )
     only = parser.parse_args().only
     pages = {path.stem: path for path in [DOCS.parents[1] / "README.md", *sorted(DOCS.glob("*.md"))]}

@@ -19,6 +19,7 @@ from texvol.cli.demo import add_demo
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
 from texvol.cli.info import add_info
+from texvol.cli.methods import add_methods
 from texvol.cli.raycast import add_raycast
 from texvol.cli.render import add_render
 from texvol.cli.report import add_report
@@ -31,7 +32,10 @@ from texvol.util.terminal import complain
 from texvol.util.version import __version__
 
 # In the order of `texvol --help`.
-_COMMANDS = (add_info, add_render, add_raycast, add_diff, add_view, add_report, add_surface, add_demo, add_help_command)
+_COMMANDS = (
+    *(add_info, add_render, add_raycast, add_diff, add_view, add_report, add_methods, add_surface, add_demo),
+    add_help_command,
+)
 
 
 class _Parser(argparse.ArgumentParser):

@@ -23,7 +23,7 @@ def rendered(
     template: str,
     package: str = "texvol.comparison",
     /,
-    filters: Mapping[str, Callable[[Any], str]] = {},
+    filters: Mapping[str, Callable[[Any], Any]] = {},
     **context: Any,
 ) -> str:
     """Return the text of a template of a package, filled with `context`; `filters` are the package's own."""

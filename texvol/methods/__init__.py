@@ -15,7 +15,26 @@ from texvol.util.errors import InputError
 __all__ = ["METHODS", "Method", "draw", "method_of"]
 
 # Module and class of each method, in the order of the survey's sections.
-METHODS: dict[str, tuple[str, str]] = {}
+METHODS: dict[str, tuple[str, str]] = {
+    "bresenham": ("voxel_walk", "Bresenham"),
+    "bresenham-true": ("voxel_walk", "BresenhamTrue"),
+    "tripod": ("voxel_walk", "Tripod"),
+    "tripod-true": ("voxel_walk", "TripodTrue"),
+    "equal-steps": ("equal_steps", "EqualSteps"),
+    "equal-steps-before": ("equal_steps", "EqualStepsBefore"),
+    "equal-steps-nearest": ("equal_steps", "EqualStepsNearest"),
+    "splatting": ("splatting", "Splatting"),
+    "v-buffer": ("v_buffer", "VBuffer"),
+    "coherent-projection": ("coherent_projection", "CoherentProjection"),
+    "shear-warp": ("shear_warp", "ShearWarp"),
+    "volume-transformation": ("volume_transformation", "VolumeTransformation"),
+    "fourier": ("fourier", "Fourier"),
+    "fourier-padded": ("fourier", "FourierPadded"),
+    "fourier-cubic": ("fourier", "FourierCubic"),
+    "fourier-blocks": ("fourier_blocks", "FourierBlocks"),
+    "wavelets": ("wavelets", "Wavelets"),
+    "dct": ("dct", "Cosines"),
+}
 
 
 def method_of(name: str) -> type[Method]:

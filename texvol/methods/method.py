@@ -1,4 +1,4 @@
-"""Base of all methods: a name, a source, the scenes that they draw, and two steps, prepare and draw.
+"""Interface of all methods: a name, a source, the scenes that they draw, and two steps, prepare and draw.
 
 A method is a class. Its constructor does what does not depend on the view (classification, encoding, transforms);
 `picture` draws one view of it. Each states, in the docstring of its module: the author, year and section of the survey,
@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, is_number
 
 Numbers = NDArray[np.float64]
 Size = tuple[int, int]
+# A ray that lets no more through ends; the picture lacks up to this fraction of the light behind.
+LEAST_TRANSMITTANCE = 1 / 1024
 # The medium that a method's pictures go to: classified at the samples, then interpolated; or interpolated first.
 Order = Literal["before", "after", "projection"]
 
@@ -107,8 +109,29 @@ def _arrays(thing: Any) -> list[NDArray]:
 
 def classified(scene: CompleteScene) -> NDArray[np.float32]:
     """Return emission and extinction of all samples, shape (z, y, x, 4), per world unit."""
-    emission, extinction = scene.medium.classify(scene.volume.values)
-    return np.concatenate([emission, extinction[..., np.newaxis]], axis=-1).astype(np.float32)
+    values = scene.volume.values
+    samples = np.empty((*values.shape, 4), np.float32)
+    for of_slice, slice_values in zip(samples, values, strict=True):  # float64 is held for one slice at a time
+        of_slice[..., :3], of_slice[..., 3] = scene.medium.classify(slice_values)
+    return samples
+
+
+def visible(scene: CompleteScene, samples: NDArray[np.float32], least_opacity: float) -> NDArray[np.bool_]:
+    """Return True for each of the `classified` samples that shows, shape (z, y, x).
+
+    Parameters
+    ----------
+    least_opacity : float
+        Largest optical depth and largest emission, per smallest spacing, of a sample that does not show.
+    """
+    return samples.max(axis=-1) * scene.volume.smallest_spacing > least_opacity
+
+
+def positive(name: str, number: float) -> float:
+    """Return a setting, or raise InputError unless it is a positive and finite number."""
+    if not (is_number(number) and 0 < number < np.inf):
+        raise InputError(f"{name} must be positive and finite, got {number!r}")
+    return float(number)
 
 
 def with_background(picture: Numbers, scene: Scene) -> Numbers:

@@ -30,6 +30,7 @@ from texvol.report.convergence import (
 )
 from texvol.report.orders import smooth_order, trilinear_change
 from texvol.report.progress import Progress
+from texvol.report.survey.measuring import Survey, first_refusal, survey
 from texvol.report.words import LIMITS
 from texvol.scene.scene import Classification, Scene
 from texvol.util.errors import InputError
@@ -40,6 +41,7 @@ QUICK_RATES = (0.5, 1.0, 2.0)
 ASKED: tuple[Classification, ...] = ("extinction", "post")  # for `--max-error`, besides the scene's own
 _BUSY = 0.5  # processes, averaged over a minute
 _LONGEST_ASK = 15.0  # seconds; the next smaller error may take four times as long
+_METHODS_SECONDS = 60.0  # the survey's methods that have not begun by then are left out
 _LARGEST_MAP = 512  # pixels along a side of an error map; larger maps are reduced to the worst pixel of each block
 
 
@@ -61,6 +63,7 @@ class Findings:
     notes: list[str] = field(default_factory=list)
     grid_change: float | None = None  # largest change of a picture on a finer grid of the same trilinear field
     grid_order: float | None = None  # order of a smooth field's pictures in the grid's spacing
+    survey: Survey | None = None  # the survey's methods on the scene; None if quick, or if none can draw it
 
     @property
     def has_errors(self) -> bool:
@@ -119,8 +122,24 @@ def measure(
                 _add(findings, outcome, progress)
         except vtk_mappers.VtkError as error:
             findings.notes.append(f"{mapper} was not measured: {error}.")
+    if not quick:
+        _measure_methods(findings, renderer, progress)
     findings.seconds = time.perf_counter() - start
     return findings
+
+
+def _measure_methods(findings: Findings, renderer: Renderer, progress: Progress) -> None:
+    """Draw the scene by the survey's methods, if any can."""
+    scene, size = findings.scene.completed(findings.size), findings.size
+    if findings.truths.reason:
+        return
+    reason = first_refusal(scene)
+    if reason:
+        findings.notes.append(f"The survey's other methods were not measured: {reason}.")
+        return
+    findings.survey = survey(
+        renderer, scene, size, truths=findings.truths, most_seconds=_METHODS_SECONDS, tell=progress.say
+    )
 
 
 def fingerprint(renderer: Renderer) -> dict[str, str]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from texvol.comparison.templates import rendered
 from texvol.formats.pictures.page_pictures import data_url, png
@@ -12,11 +13,22 @@ from texvol.report.convergence import discretisation_max, total_max, total_rms
 from texvol.report.error_pictures import error_pictures
 from texvol.report.measuring import Findings
 from texvol.report.orders import slab_orders
+from texvol.report.plot import THEMES
+from texvol.report.survey.measuring import OWN
+from texvol.report.survey.plot import methods_plot
+from texvol.report.survey.table import cells, groups
 from texvol.report.table import fronts
-from texvol.scene.scene import Scene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.version import __version__
 
 Plots = Mapping[str, Mapping[str, bytes]]  # metric → theme → PNG file
+_FILTERS: dict[str, Callable[[Any], Any]] = {
+    "cells": cells,
+    "seconds": words.seconds,
+    "error": words.error,
+    "max_of": words.max_of,
+    "rms_of": words.rms_of,
+}
 _CAPTIONS = {
     "max": "The largest error of any pixel and channel. Each mark is a setting, labelled with its rate and, if "
     "they are not automatic, its texel format and → target format.",
@@ -34,7 +46,13 @@ def html(findings: Findings, plots: Plots) -> str:
     return rendered(
         "report.html",
         "texvol.report",
-        filters={"seconds": words.seconds, "error": words.error, "max_of": words.max_of, "rms_of": words.rms_of},
+        filters={
+            "cells": cells,
+            "seconds": words.seconds,
+            "error": words.error,
+            "max_of": words.max_of,
+            "rms_of": words.rms_of,
+        },
         findings=findings,
         title=f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}",
         version=__version__,
@@ -51,8 +69,18 @@ def html(findings: Findings, plots: Plots) -> str:
         captions=_CAPTIONS,
         orders=_order_rows(findings),
         errors=error_pictures(findings),
+        **_methods(findings),
         measurements=[(each, each.setting in on_max | on_rms) for each in rows],
     )
+
+
+def _methods(findings: Findings) -> dict[str, Any]:
+    """Return table and plots of the survey's methods, for the page."""
+    found = findings.survey
+    if found is None:
+        return {"table": None, "own": OWN, "method_plots": None}
+    plots = {theme: data_url(methods_plot(found, theme)) for theme in THEMES}
+    return {"table": groups(found), "own": OWN, "method_plots": plots}
 
 
 def _answer(findings: Findings) -> str:
@@ -64,22 +92,26 @@ def _answer(findings: Findings) -> str:
 
 
 def _metadata(findings: Findings) -> list[tuple[str, str]]:
-    volume, camera = findings.scene.volume, findings.scene.camera
-    assert camera is not None
-    unit = volume.unit or "world units"
-    view = f"{camera.fov:g}° from bottom to top"
-    if camera.projection != "perspective":
-        view = f"{camera.height:.5g} {unit} high"
-    metadata = [
-        *(fact for each in findings.scene.completed(findings.size).each_alone() for fact in _volume_metadata(each)),
-        ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
-        ("picture", "{} × {} pixels".format(*findings.size)),
-    ]
+    metadata = scene_metadata(findings.scene.completed(findings.size), findings.size)
     model = findings.truths.model_error
     if model is not None:
         error = f"maximum {words.max_of(model)}, rms {words.rms_of(model)}"
         metadata.append(("model error of slab and extinction", error))
     return metadata
+
+
+def scene_metadata(scene: CompleteScene, size: tuple[int, int]) -> list[tuple[str, str]]:
+    """Return names and texts of what a scene shows, and how it is seen."""
+    volume, camera = scene.volume, scene.camera
+    unit = volume.unit or "world units"
+    view = f"{camera.fov:g}° from bottom to top"
+    if camera.projection != "perspective":
+        view = f"{camera.height:.5g} {unit} high"
+    return [
+        *(fact for each in scene.each_alone() for fact in _volume_metadata(each)),
+        ("camera", f"{camera.projection}, {view}, eye {_triple(camera.eye)}, target {_triple(camera.target)}"),
+        ("picture", "{} × {} pixels".format(*size)),
+    ]
 
 
 def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:

@@ -53,7 +53,7 @@ def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
 
     word, total, discretisation = METRICS[metric]
     colors = THEMES[theme]
-    with matplotlib.rc_context(_style(colors)):
+    with matplotlib.rc_context(style(colors)):
         figure = Figure(figsize=_INCHES, dpi=_DPI, layout="constrained")
         FigureCanvasAgg(figure)
         above, below = figure.subplots(2, 1)
@@ -76,7 +76,7 @@ def pareto_plot(findings: Findings, metric: str, theme: str) -> bytes:
     return file.getvalue()
 
 
-def _style(colors: dict[str, str]) -> dict[Any, Any]:
+def style(colors: dict[str, str]) -> dict[Any, Any]:
     """Return matplotlib's settings for a theme."""
     inked = ("text.color", "axes.labelcolor", "axes.titlecolor", "xtick.color", "ytick.color")
     faint = ("axes.edgecolor", "grid.color")
