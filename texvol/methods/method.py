@@ -124,7 +124,9 @@ def visible(scene: CompleteScene, samples: NDArray[np.float32], least_opacity: f
     least_opacity : float
         Largest optical depth and largest emission, per smallest spacing, of a sample that does not show.
     """
-    return samples.max(axis=-1) * scene.volume.smallest_spacing > least_opacity
+    red, green, blue, extinction = np.moveaxis(samples, -1, 0)  # a maximum along so short an axis takes twice the time
+    largest = np.maximum(np.maximum(red, green), np.maximum(blue, extinction))
+    return largest * scene.volume.smallest_spacing > least_opacity
 
 
 def positive(name: str, number: float) -> float:
