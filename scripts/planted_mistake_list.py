@@ -281,14 +281,14 @@ _LOWER = (
         "test_ramps.py",
     ),
     Mistake(
-        *("geometry", "extraction:surface_of"),
+        *("geometry", "surfaces.marching_cubes:marching_cubes"),
         *("[used, ::-1].astype(np.float64) - 1", "[used, ::-1].astype(np.float64)"),
         "a surface lies one sample off",
         "test_geometry_extraction.py",
     ),
     Mistake(
         *("geometry", "extraction:surface_of"),
-        *("if np.linalg.det(volume.direction) < 0:", "if np.linalg.det(volume.direction) > 0:"),
+        *("is_mirrored = np.linalg.det(volume.direction) < 0", "is_mirrored = np.linalg.det(volume.direction) > 0"),
         "triangles are turned around on right-handed grids",
         "test_geometry_extraction.py",
     ),
