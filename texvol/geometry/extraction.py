@@ -20,7 +20,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
 MeshMethod = Literal["marching-cubes", "marching-tetrahedra", "cuberille", "contours"]
-SurfaceMethod = Literal[MeshMethod, Literal["dividing-cubes"]]
+SurfaceMethod = Literal[MeshMethod, "dividing-cubes"]
 METHODS: tuple[SurfaceMethod, ...] = get_args(SurfaceMethod)
 
 

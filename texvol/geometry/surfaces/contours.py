@@ -5,11 +5,11 @@ is the surface, on the faces of the box too. Two contours of neighbouring slices
 same two regions: regions of two slices, above the value or below it, are one where they share a sample's place in x and
 y. A contour to each side: a strip by `torus_path`. Several to a side: they are first joined by bridges over a vertex
 midway between them (Christiansen, Sederberg 1978). Contours to one side only end there: one in a fan around the
-farthest place where the value is met between the slices, several in a flat strip between them.
+farthest place where the value is met between the slices, several in a strip with a ridge where the value is met.
 
-What it cannot do: a piece between two slices has no handle; strips and fans of contours that are far from convex may
-cut themselves; a strip may use an edge twice where a small branch hangs at one vertex. The surface is closed always, as
-many triangles run along an edge either way.
+What it cannot do: a piece between two slices has no handle; an end is a cone, also of what is flat; strips and fans of
+contours that are far from convex may cut themselves; a strip may use an edge twice where a small branch hangs at one
+vertex. The surface is closed always: as many triangles run along an edge either way.
 """
 
 from __future__ import annotations
@@ -86,14 +86,12 @@ class _Surface:
 
     def __init__(self, volume: Volume) -> None:
         self._volume = volume
-        self._vertices: list[NDArray[np.float64]] = []
-        self._triangles: list[NDArray[np.int64]] = []
+        self._vertices = np.empty((1024, 3))  # with room for more
         self._count = 0
+        self._triangles: list[NDArray[np.int64]] = []
 
     def facets(self) -> Facets:
-        vertices = np.concatenate([*self._vertices, np.empty((0, 3))])
-        triangles = np.concatenate([*self._triangles, np.empty((0, 3), np.int64)])
-        return Facets(vertices, triangles)
+        return Facets(self._vertices[: self._count], np.concatenate([np.empty((0, 3), np.int64), *self._triangles]))
 
     def slice_of(self, layer: NDArray[np.float32], z: float) -> Slice:
         """Return the contours of a layer of samples, their vertices added."""
@@ -117,7 +115,7 @@ class _Surface:
             vertices = self._add(np.column_stack([flat, np.full(len(flat), z)]))
             x, y = flat.T
             area = float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2)
-            found.loops.append(Loop(vertices, *regions, area))
+            found.loops.append(Loop(vertices, regions[0], regions[1], area))
         return found
 
     def connect(self, lower: Slice, upper: Slice, *, flat: bool) -> None:
@@ -130,36 +128,48 @@ class _Surface:
                 here, there = (lower, upper) if down else (upper, lower)
                 self._fan((down or up)[0], here, there, turned=bool(up), flat=flat)
             else:
-                outer, *others = sorted(down or up, key=lambda loop: -abs(loop.area))
-                height = (lower if down else upper).z
-                rest = self._joined(others, height)[::-1]
-                self._strip(outer.vertices, rest, turned=bool(up))
+                here, there = (lower, upper) if down else (upper, lower)
+                self._ridge(down or up, here, here if flat else there, turned=bool(up))
 
     def _add(self, vertices: NDArray[np.float64]) -> NDArray[np.int64]:
-        self._vertices.append(vertices)
-        self._count += len(vertices)
-        return np.arange(self._count - len(vertices), self._count)
+        first, self._count = self._count, self._count + len(vertices)
+        if self._count > len(self._vertices):
+            self._vertices = np.concatenate([self._vertices[:first], np.empty((self._count, 3))])
+        self._vertices[first : self._count] = vertices
+        return np.arange(first, self._count)
 
     def _places(self, numbers: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return the places of vertices in the world, but for the origin."""
-        firsts = np.cumsum([0, *map(len, self._vertices)])
-        at = np.searchsorted(firsts, numbers, "right") - 1
-        index = np.array([self._vertices[part][n - firsts[part]] for part, n in zip(at, numbers, strict=True)])
-        return np.asarray(index @ self._volume.world_from_index.T)
+        return np.asarray(self._vertices[numbers] @ self._volume.world_from_index.T)
 
-    def _strip(self, lower: NDArray[np.int64], upper: NDArray[np.int64], *, turned: bool = False) -> None:
-        triangles = np.concatenate([lower, upper])[strip(self._places(lower), self._places(upper))]
-        self._triangles.append(triangles[:, ::-1] if turned else triangles)
+    def _strip(self, lower: NDArray[np.int64], upper: NDArray[np.int64]) -> None:
+        self._triangles.append(np.concatenate([lower, upper])[strip(self._places(lower), self._places(upper))])
+
+    def _ridge(self, loops: list[Loop], here: Slice, there: Slice, *, turned: bool) -> None:
+        """Close contours that end between two slices: a strip in `here`, the middles of its edges raised."""
+        outer, *others = sorted(loops, key=lambda loop: -abs(loop.area))
+        rest = self._joined(others, here.z)[::-1]
+        both, count = np.concatenate([outer.vertices, rest]), len(outer.vertices)
+        triangles = strip(self._places(outer.vertices), self._places(rest))
+        # Two corners are of one contour, and the third, brought to the end, is of the other.
+        is_outer = triangles < count
+        lone = np.argmax(is_outer == (is_outer.sum(axis=1) == 1)[:, np.newaxis], axis=1)
+        triangles = np.take_along_axis(triangles, (lone[:, np.newaxis] + [1, 2, 3]) % 3, axis=1)
+        edges = np.sort(triangles[:, [[0, 2], [1, 2]]], axis=2)
+        ends, middles = np.unique(edges.reshape(-1, 2), axis=0, return_inverse=True)
+        raised = self._vertices[both[ends]].mean(axis=1)
+        raised[:, 2] += _fractions(here, there, raised[:, :2]) * (there.z - here.z)
+        m, n = self._add(raised)[middles.reshape(-1, 2)].T
+        a, b, c = both[triangles].T
+        parts = np.stack([(a, b, n), (a, n, m), (m, n, c)]).transpose(0, 2, 1).reshape(-1, 3)
+        self._triangles.append(parts[:, ::-1] if turned else parts)
 
     def _fan(self, loop: Loop, here: Slice, there: Slice, *, turned: bool, flat: bool) -> None:
         """Close a contour that ends between two slices."""
-        apex = self._add(_apex(loop, here, there, self._index(loop), flat)[np.newaxis])
+        apex = self._add(_apex(loop, here, there, self._vertices[loop.vertices].mean(axis=0), flat)[np.newaxis])
         ends = np.roll(loop.vertices, -1)
         triangles = np.column_stack([loop.vertices, ends, np.broadcast_to(apex, ends.shape)])
         self._triangles.append(triangles[:, ::-1] if turned else triangles)
-
-    def _index(self, loop: Loop) -> NDArray[np.float64]:
-        return np.asarray(self._places(loop.vertices) @ self._volume.index_from_world.T)
 
     def _joined(self, loops: list[Loop], height: float) -> NDArray[np.int64]:
         """Return one loop of all: from the first, bridges go to the nearest of the others, until none is left."""
@@ -173,18 +183,18 @@ class _Surface:
             distances, at = nearest[which]
             other = np.roll(others.pop(which), -int(distances.argmin()))
             joined = np.roll(joined, -int(at[distances.argmin()]))
-            ends = self._places(np.array([joined[0], other[0]])).mean(axis=0) @ self._volume.index_from_world.T
-            (middle,) = self._add(np.array([[*ends[:2], height]]))
+            x, y, _ = self._vertices[[joined[0], other[0]]].mean(axis=0)
+            (middle,) = self._add(np.array([[x, y, height]]))
             joined = np.concatenate([joined, [joined[0], middle], other, [other[0], middle]])
         return joined
 
 
-def _apex(loop: Loop, here: Slice, there: Slice, index: NDArray[np.float64], flat: bool) -> NDArray[np.float64]:
-    """Return where the region within a contour ends: the farthest crossing over its samples, or its middle."""
+def _apex(loop: Loop, here: Slice, there: Slice, middle: NDArray[np.float64], flat: bool) -> NDArray[np.float64]:
+    """Return where the region within a contour ends: the farthest crossing over its samples, or its `middle`."""
     region = here.above == loop.above if loop.area > 0 else here.below == loop.below
     rows, columns = np.nonzero(region & ((there.values > 0) != (here.values > 0)))
     if flat or not len(rows):
-        return index.mean(axis=0)
+        return middle
     own, next_ones = (each.values[rows, columns].astype(np.float64) for each in (here, there))
     fractions = own / (own - next_ones)
     best = int(np.argmax(fractions))
@@ -192,6 +202,16 @@ def _apex(loop: Loop, here: Slice, there: Slice, index: NDArray[np.float64], fla
     last = np.array(here.values.shape[::-1]) - 2 * _PADDING - 0.5
     x, y = np.clip(np.array([columns[best], rows[best]]) - _PADDING, -0.5, last)
     return np.array([x, y, z])
+
+
+def _fractions(here: Slice, there: Slice, places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return where the value is met at places (n, 2), from 0 `here` to 1 `there`; 0 where it is not."""
+    from scipy.ndimage import map_coordinates
+
+    at = places.T[::-1] + _PADDING
+    own, other = (map_coordinates(each.values.astype(np.float64), at, order=1) for each in (here, there))
+    is_met = (own > 0) != (other > 0)
+    return np.divide(own, own - other, out=np.zeros_like(own), where=is_met)
 
 
 def _pieces(lower: Slice, upper: Slice) -> Iterator[tuple[list[Loop], list[Loop]]]:

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from texvol.geometry.surfaces.field import Field
 from texvol.util.errors import InputError, is_number
 
+_ROUNDING = 1e-12  # of a quotient: a size of a third of the spacing makes three parts
 _AT_ONCE = 2**21  # parts of cells, in memory at a time
-_MOST = 2**30  # parts altogether: minutes
+_MOST, _MOST_OF_CELL = 2**30, 2**24  # parts altogether: minutes; parts of a cell: half a gigabyte
 
 
 def checked_size(field: Field, size: float | None) -> float:
@@ -44,10 +45,14 @@ def dividing_cubes(field: Field, size: float | None = None) -> tuple[NDArray[np.
     """
     size = checked_size(field, size)
     cells = field.crossed_cells()
-    each = np.ceil(np.minimum(field.volume.spacing / size, _MOST) * (1 - 1e-12)).astype(int)  # parts along x, y, z
-    if len(cells) * float(each.prod()) > _MOST:
-        raise InputError(f"cell_size must make {_MOST} parts at most, got {len(cells) * float(each.prod()):.3g}")
-    chunks = max(1, ceil(len(cells) * each.prod() / _AT_ONCE))
+    each = np.ceil(np.minimum(field.volume.spacing / size, _MOST) * (1 - _ROUNDING)).astype(int)  # parts along x, y, z
+    of_cell = each.astype(np.float64).prod()
+    if of_cell > _MOST_OF_CELL or len(cells) * of_cell > _MOST:
+        raise InputError(
+            f"cell_size must make at most {_MOST_OF_CELL:.3g} parts of a cell and {_MOST:.3g} in all, "
+            f"got {of_cell:.3g} and {len(cells) * of_cell:.3g}"
+        )
+    chunks = max(1, ceil(len(cells) * of_cell / _AT_ONCE))
     found = [_points(field, chunk, each) for chunk in np.array_split(cells, chunks)]
     points, normals = (np.concatenate(parts) for parts in zip(*found, strict=True))
     return points, normals

@@ -67,7 +67,7 @@ class Field:
         return np.stack(slopes, axis=-1)
 
     def crossed_cells(self) -> NDArray[np.int64]:
-        """Return the flat numbers, in `above`, of the first corners of cells with the surface, none missing a corner."""
+        """Return the first corners, as flat numbers in `above`, of cells with the surface that miss no corner."""
         inside = self.decided > 0
         crossed = over_corners(np.logical_or, inside) & ~over_corners(np.logical_and, inside)
         if self.missing is not None:
