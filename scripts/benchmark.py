@@ -27,6 +27,7 @@ SECTIONS = {
     "slicing": "benchmark_slicing",
     "light": "benchmark_light",
     "gradient": "benchmark_gradients",
+    "surfaces": "benchmark_surfaces",
     "growth": "benchmark_growth",
     "bake": "benchmark_growth",
     "memory": "benchmark_commands",

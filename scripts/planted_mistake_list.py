@@ -281,16 +281,46 @@ _LOWER = (
         "test_ramps.py",
     ),
     Mistake(
-        *("geometry", "surfaces.marching_cubes:marching_cubes"),
+        *("geometry", "marching_cubes:marching_cubes"),
         *("[used, ::-1].astype(np.float64) - 1", "[used, ::-1].astype(np.float64)"),
         "a surface lies one sample off",
         "test_geometry_extraction.py",
     ),
     Mistake(
-        *("geometry", "extraction:surface_of"),
+        *("geometry", "extraction:_mesh"),
         *("is_mirrored = np.linalg.det(volume.direction) < 0", "is_mirrored = np.linalg.det(volume.direction) > 0"),
         "triangles are turned around on right-handed grids",
         "test_geometry_extraction.py",
+    ),
+    Mistake(
+        *("geometry", "marching_tetrahedra:_tetrahedra"),
+        *("steps[_five(is_odd)]", "steps[_five(False)]"),
+        "cells of tetrahedra are not cut alternately",
+        "test_geometry_methods.py",
+    ),
+    Mistake(
+        *("geometry", "cuberille:_faces"),
+        *("np.where(ends_here[:, np.newaxis], around, around[:, ::-1])", "around"),
+        "faces of voxels all look one way",
+        "test_geometry_methods.py",
+    ),
+    Mistake(
+        *("geometry", "contours:_pieces"),
+        *("int(of_above[side][loop.above]), int(of_below[side][loop.below])", "int(of_above[side][loop.above]), 0"),
+        "contours around a region below are joined with those around it",
+        "test_geometry_methods.py",
+    ),
+    Mistake(
+        *("geometry", "torus_path:_shortest"),
+        *("best = int(np.argmin(costs))", "best = 0"),
+        "strips between contours begin at one vertex always",
+        "test_geometry_contours.py",
+    ),
+    Mistake(
+        *("geometry", "dividing_cubes:_points"),
+        *("+ 0.5) / each", ") / each"),
+        "points lie at a corner of their part",
+        "test_geometry_divided.py",
     ),
     Mistake(
         *("formats", "mrc:_imod_type"),

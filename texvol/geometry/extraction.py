@@ -71,13 +71,7 @@ def surface_of(
     function = method.replace("-", "_")
     found: Facets = getattr(import_module(f"texvol.geometry.surfaces.{function}"), function)(field)
     _check_any(len(found.triangles), volume, value)
-    is_mirrored = np.linalg.det(volume.direction) < 0
-    return Mesh(
-        _in_world(found.vertices, volume),
-        found.triangles[:, ::-1] if is_mirrored else found.triangles,
-        normals=None if found.normals is None else _turned(found.normals, volume),
-        name=name,
-    )
+    return _mesh(found, volume, name)
 
 
 def ambiguous_cell_count(volume: Volume, value: float) -> int:
@@ -102,6 +96,17 @@ def checked_field(volume: Volume, value: float) -> Field:
         held = "all are missing" if np.isnan(low) else f"they go from {low:g} to {high:g}"
         raise InputError(f"{volume.name}: no surface, since no value is {value:g}: {held}")
     return field_of(volume, value)
+
+
+def _mesh(found: Facets, volume: Volume, name: str) -> Mesh:
+    """Return facets of index space in the world; a left-handed grid mirrors them once."""
+    is_mirrored = np.linalg.det(volume.direction) < 0
+    return Mesh(
+        _in_world(found.vertices, volume),
+        found.triangles[:, ::-1] if is_mirrored else found.triangles,
+        normals=None if found.normals is None else _turned(found.normals, volume),
+        name=name,
+    )
 
 
 def _check_any(count: int, volume: Volume, value: float) -> None:
