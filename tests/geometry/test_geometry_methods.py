@@ -176,7 +176,8 @@ def test_a_branch_of_contours_is_one_surface() -> None:
         mesh = surface_of(Volume(upside), 0.5, "contours")
         found = topology_of(mesh)
         assert (found.euler_number, found.is_closed) == (2, True)
-        assert enclosed_volume(mesh) == pytest.approx(values.sum(), rel=0.12)
+        # Ends of 27, 9 and 9 voxels are cones, short of a third of a voxel each; corners are cut by an eighth.
+        assert enclosed_volume(mesh) == pytest.approx(values.sum() - 45 / 3 - 4 * (4 + 8) / 8, rel=0.03)
 
 
 @pytest.mark.parametrize("method", METHODS)

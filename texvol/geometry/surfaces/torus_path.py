@@ -3,10 +3,13 @@
 Fuchs, Kedem and Uselton (1977): node (i, j) is the edge from vertex i of the lower contour to vertex j of the upper; a
 step to i + 1 or to j + 1 is a triangle, and costs its area. A strip is a path once around both contours, from (0, s) to
 (m, s + n). Shortest paths from different s need not cross each other: the path from s lies between those from s' < s
-and s'' > s that are known, which halves the search each time. All paths of one halving are found together.
+and s'' > s that are known, which halves the search each time. Where those two share a node, all between them go through
+it, and the shortest path through that node ends the search there.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,12 +27,14 @@ def strip(lower: Numbers, upper: Numbers) -> Integers:
     if m > n:  # rows are a loop, columns are not
         turned = strip(upper, lower)[:, ::-1]
         return np.where(turned < n, turned + m, turned - n)
-    first, last = _shortest(*_costs(lower, upper))
+    row, column, path = _shortest(*_costs(lower, upper))
     triangles = []
-    for i in range(m + 1):
-        triangles += [(i % m, m + (j + 1) % n, m + j % n) for j in range(first[i], last[i])]
+    for i, (first, last) in enumerate(zip(path.first.tolist(), path.last.tolist(), strict=True)):
+        p = (row + i) % m
+        steps = range(column + first, column + last)
+        triangles += [(p, m + (j + 1) % n, m + j % n) for j in steps]
         if i < m:
-            triangles.append((i, (i + 1) % m, m + last[i] % n))
+            triangles.append((p, (p + 1) % m, m + (column + last) % n))
     return np.array(triangles, np.int64)
 
 
@@ -44,70 +49,72 @@ def _areas(a: Numbers, b: Numbers, c: Numbers) -> Numbers:
 
 
 def _costs(lower: Numbers, upper: Numbers) -> tuple[Numbers, Numbers]:
-    """Return areas of the steps i → i + 1 at j, shape (m, n); and sums of those j → j + 1 at i, (m + 1, 2 n + 1)."""
+    """Return areas (m, n) of the steps i → i + 1 at j, and of those j → j + 1 at i."""
     across = _areas(lower[:, np.newaxis], np.roll(lower, -1, axis=0)[:, np.newaxis], upper)
-    along = _areas(lower[:, np.newaxis], upper, np.roll(upper, -1, axis=0))
-    sums = np.cumsum(np.concatenate([np.zeros((len(lower), 1)), along, along], axis=1), axis=1)
-    return across, np.concatenate([sums, sums[:1]])
+    return across, _areas(lower[:, np.newaxis], upper, np.roll(upper, -1, axis=0))
 
 
-def _shortest(across: Numbers, sums: Numbers) -> tuple[Integers, Integers]:
-    """Return the first and the last j of the shortest path at each i, 0 to m."""
+class _Path(NamedTuple):
+    """The first and the last j at each i, 0 to m; and the cost."""
+
+    first: Integers
+    last: Integers
+    cost: float
+
+
+def _shortest(across: Numbers, along: Numbers) -> tuple[int, int, _Path]:
+    """Return a node (i, j) of the shortest path around, and the path from there, as if the node were (0, 0)."""
     m, n = across.shape
-    first, last = (np.zeros((n + 1, m + 1), np.int64) for _ in range(2))
-    costs = np.full(n + 1, np.inf)
+    none = np.zeros(m + 1, np.int64)
+    sums = _sums(along)
+    first = _path(across, sums, 0, none, none + n)
+    best = (0, 0, first)
+    # The path from n is that from 0, once around.
+    gaps = [(0, first, n, _Path(first.first + n, first.last + n, first.cost))]
+    while gaps:
+        start, low, end, high = gaps.pop()
+        if end - start < 2:
+            continue
+        if (shared := high.first <= low.last).any():
+            i = int(np.argmax(shared))
+            j = int(high.first[i])
+            turned = (np.roll(each, (-i, -j), axis=(0, 1)) for each in (across, along))
+            found = i, j, _path(next(turned), _sums(next(turned)), 0, none, none + n)
+        else:
+            middle = (start + end) // 2
+            path = _path(across, sums, middle, low.first, high.last)
+            gaps += [(start, low, middle, path), (middle, path, end, high)]
+            found = 0, 0, path
+        best = min(best, found, key=lambda each: each[2].cost)
+    return best
 
-    def walk(starts: Integers, least: Integers, most: Integers) -> None:
-        # Most bands are narrow, but one goes once around: bands of like width are searched together.
-        sizes = np.frexp((most - least).max(axis=1))[1] // 3  # alike within a factor of 8
-        for size in np.unique(sizes):
-            chosen = sizes == size
-            of_size = starts[chosen]
-            first[of_size], last[of_size], costs[of_size] = _paths(across, sums, of_size, least[chosen], most[chosen])
 
-    zero = np.zeros((1, m + 1), np.int64)
-    walk(np.array([0]), zero, zero + n)
-    first[n], last[n] = first[0] + n, last[0] + n  # the same path, once around
-    known = np.array([0, n])
-    while (gaps := np.diff(known) > 1).any():
-        below, beyond = known[:-1][gaps], known[1:][gaps]
-        starts = (below + beyond) // 2
-        walk(starts, first[below], last[beyond])
-        known = np.sort(np.concatenate([known, starts]))
-    best = int(np.argmin(costs))
-    return first[best], last[best]
+def _sums(along: Numbers) -> Numbers:
+    """Return the costs (m + 1, 2 n + 1) from j = 0 to each j, twice around; the last row is the first."""
+    sums = np.cumsum(np.concatenate([np.zeros((len(along), 1)), along, along], axis=1), axis=1)
+    return np.concatenate([sums, sums[:1]])
 
 
-def _paths(
-    across: Numbers, sums: Numbers, starts: Integers, least: Integers, most: Integers
-) -> tuple[Integers, Integers, Numbers]:
-    """Return first and last j at each i, and the costs, of the shortest paths from (0, s) to (m, s + n).
-
-    Path number p keeps to least[p, i] ≤ j ≤ most[p, i].
-    """
+def _path(across: Numbers, sums: Numbers, start: int, least: Integers, most: Integers) -> _Path:
+    """Return the shortest path from (0, start) to (m, start + n) with least[i] ≤ j ≤ most[i]."""
     m, n = across.shape
-    paths = np.arange(len(starts))
-    offsets = np.arange(int((most - least).max()) + 1)
-    entries = np.empty((m + 1, len(starts), len(offsets)), np.int32)
-    total = np.where(offsets == (starts - least[:, 0])[:, np.newaxis], 0.0, np.inf)
-    for i in range(m + 1):
-        columns = least[:, i, np.newaxis] + offsets
-        if i:
-            shifted = columns - least[:, i - 1, np.newaxis]
-            is_there = (shifted >= 0) & (shifted < len(offsets))
-            earlier = np.take_along_axis(total, np.clip(shifted, 0, offsets[-1]), axis=1)
-            total = np.where(is_there, earlier, np.inf) + across[i - 1, columns % n]
-        within = columns <= most[:, i, np.newaxis]
-        before = sums[i, np.minimum(columns, 2 * n)]
+    entries = []
+    costs = np.array([0.0])
+    begin = start  # the j of costs[0]
+    for i, (low, high) in enumerate(zip(least.tolist(), most.tolist(), strict=True)):
+        entering = np.full(high - low + 1, np.inf)
+        j = np.arange(max(low, begin), min(high + 1, begin + len(costs)))
+        entering[j - low] = costs[j - begin] + (across[i - 1, j % n] if i else 0.0)
         # A run from j' to j costs sums[j] - sums[j']: the best j' is where the path enters the row.
-        entering = np.where(within, total - before, np.inf)
-        best = np.minimum.accumulate(entering, axis=1)
-        entries[i] = np.maximum.accumulate(np.where(entering == best, offsets, 0), axis=1)
-        total = np.where(within, best + before, np.inf)
-    first, last = np.empty_like(least), np.empty_like(least)
-    j = starts + n
-    costs = total[paths, j - least[:, m]]
+        before = sums[i, low : high + 1]
+        entering -= before
+        best = np.minimum.accumulate(entering)
+        entries.append(np.maximum.accumulate(np.where(entering == best, np.arange(low, high + 1), low)))
+        costs, begin = best + before, low
+    first, last = np.empty(m + 1, np.int64), np.empty(m + 1, np.int64)
+    j_end = start + n
+    cost = float(costs[j_end - begin])
     for i in range(m, -1, -1):
-        last[:, i] = j
-        j = first[:, i] = least[:, i] + entries[i, paths, j - least[:, i]]
-    return first, last, costs
+        last[i] = j_end
+        j_end = first[i] = entries[i][j_end - least[i]]
+    return _Path(first, last, cost)
