@@ -28,6 +28,7 @@ SECTIONS = {
     "methods": "benchmark_methods",
     "light": "benchmark_light",
     "gradient": "benchmark_gradients",
+    "surfaces": "benchmark_surfaces",
     "growth": "benchmark_growth",
     "bake": "benchmark_growth",
     "memory": "benchmark_commands",

@@ -23,6 +23,7 @@ from pathlib import Path
 
 from doc_figures import draw_layers, draw_slabs, draw_slicing, draw_thumbnails, draw_window
 from doc_methods import draw_methods
+from doc_surface_figure import draw_ambiguous
 from example_volumes import SPACING, write_volumes
 from PIL import Image
 
@@ -35,7 +36,7 @@ QUALITY = 88
 _FENCE = re.compile(r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w*)\n(?P<text>.*?)```", re.DOTALL)
 _DRAWN_HERE = {
     "thumbnails": draw_thumbnails, "slabs": draw_slabs, "slicing": draw_slicing, "layers": draw_layers,
-    "walks": draw_methods, "screenshot": draw_window,
+    "walks": draw_methods, "screenshot": draw_window, "ambiguous": draw_ambiguous,
 }  # fmt: skip
 
 

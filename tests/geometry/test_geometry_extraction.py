@@ -8,32 +8,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.scenes import constant, smooth_volume
+from support.surfaces import GRIDS, facets, on_grid
 
 from texvol import Camera, InputError, Renderer, Scene, Volume
 from texvol.geometry import Mesh, surface_of
 from texvol.ray_casting.projection import isosurface_depth
 from texvol.ray_casting.surfaces.layers import surface_layers
-
-GRIDS = {
-    "plain": np.eye(3),
-    "mirrored": np.diag([1.0, -1.0, 1.0]),
-    "sheared": np.array([[-1, 0.2, 0], [0.1, 1, 0.3], [0, -0.2, 1]]),
-    "turned": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]]),
-}
-
-
-def on_grid(field, direction: np.ndarray, dimensions: tuple[int, int, int] = (22, 24, 20)) -> Volume:  # type: ignore[no-untyped-def]
-    """A volume whose values are a function of the place in the world, from the middle of the box."""
-    volume = Volume(np.zeros(dimensions[::-1]), (1, 0.8, 1.2), (50, -30, 7), direction)
-    z, y, x = np.meshgrid(*(np.arange(count) for count in dimensions[::-1]), indexing="ij")
-    positions = volume.origin + np.stack([x, y, z], axis=-1) @ volume.world_from_index.T
-    return Volume(field(positions - volume.centre), volume.spacing, volume.origin, direction, name="v.nrrd")
-
-
-def facets(mesh: Mesh) -> tuple[np.ndarray, np.ndarray]:
-    """Corners, and cross products of the sides."""
-    corners = mesh.vertices[mesh.triangles]
-    return corners, np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
 
 
 def open_edges(mesh: Mesh) -> np.ndarray:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 from support.scenes import smooth_volume
 
+from texvol import load
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
-from texvol.geometry import load_mesh
+from texvol.geometry import Points, euler_number, load_mesh, surface_of
+from texvol.geometry.extraction import SurfaceMethod, ambiguous_cell_count
 from texvol.options.files import MeshChoice, mesh
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import InputError
+
+SURFACE = ["surface", "wavy.npy", "--value", "0.5", "-o"]
 
 
 @pytest.fixture
@@ -86,6 +91,36 @@ def test_surfaces_are_written_in_every_format(folder: Path, name: str, capsys: p
     assert found.vertices.min() >= -0.5 and found.vertices.max() <= 19.5
 
 
+@pytest.mark.parametrize("method", ["marching-cubes", "marching-tetrahedra", "cuberille", "contours", "dividing-cubes"])
+def test_each_method_writes_what_its_call_returns(
+    folder: Path, method: SurfaceMethod, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["surface", "wavy.npy", "--value", "0.7", "--method", method, "-o", "s.vtp"]) == 0
+    size, numbers = capsys.readouterr().out.splitlines()
+    volume = load("wavy.npy")
+    wanted = surface_of(volume, 0.7, method)
+    ambiguous = f"{ambiguous_cell_count(volume, 0.7)} ambiguous cells"
+    if isinstance(wanted, Points):
+        assert size == f"{folder / 's.vtp'}: {len(wanted.points)} points"
+        assert numbers == f"{method}: {ambiguous}"
+    else:
+        found = load_mesh("s.vtp")
+        np.testing.assert_array_equal(found.vertices, wanted.vertices)
+        np.testing.assert_array_equal(found.triangles, wanted.triangles)
+        closed = "closed" if method == "contours" else "open"
+        assert numbers == f"{method}: Euler number {euler_number(wanted)}, {closed}, {ambiguous}"
+
+
+def test_the_size_of_parts_is_passed_on(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for size in ("1", "0.25"):
+        line = ["surface", "wavy.npy", "--value", "0.7", "--method", "dividing-cubes", "--cell-size", size]
+        assert main([*line, "-o", "p.ply"]) == 0
+    few, many = (int(number) for number in re.findall(r"(\d+) points", capsys.readouterr().out))
+    # 16 times as many, but for cells in which the surface bends.
+    assert many == pytest.approx(16 * few, rel=0.25)
+
+
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -98,6 +133,12 @@ def test_surfaces_are_written_in_every_format(folder: Path, name: str, capsys: p
         (["surface", "wavy.npy", "--value", "nan", "-o", "a.ply"], "finite"),
         (["surface", "wavy.npy", "--value", "0.5", "-o", "a.png"], ".ply, .stl, .obj or .vtp"),
         (["surface", "wavy.npy", "-o", "a.ply"], "--value"),
+        ([*SURFACE, "a.ply", "--method", "cubes"], "--method"),
+        ([*SURFACE, "a.stl", "--method", "dividing-cubes"], "a.stl: STL holds triangles only"),
+        ([*SURFACE, "a.ply", "--cell-size", "1"], "--cell-size is for --method dividing-cubes only"),
+        ([*SURFACE, "a.ply", "--method", "dividing-cubes", "--cell-size", "0"], "--cell-size must be"),
+        ([*SURFACE, "a.ply", "--method", "dividing-cubes", "--cell-size", "nan"], "--cell-size must be"),
+        ([*SURFACE, "a.ply", "--method", "dividing-cubes", "--cell-size", "1e-6"], "cell_size must make at most"),
         (["surface", "gone.npy", "--value", "0.5", "-o", "a.ply"], "gone.npy"),
     ],
 )

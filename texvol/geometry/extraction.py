@@ -1,92 +1,124 @@
-"""Isosurface of a volume as a mesh, by Lewiner's marching cubes (2003), which keep the topology of the field.
+"""Isosurface of a volume, as a mesh or as points, by one of several methods.
 
 The surface is that of mode isosurface: as the field, it extends half a spacing beyond the outermost samples, constant
-and open; there is no surface in cells beside missing samples. Vertices are where the value is linear along edges
-between samples; in between, triangles are flat, unlike the trilinear field.
+and open (only `contours` closes it there); there is no surface in cells beside missing samples. A sample that has the
+value itself counts as below it.
 """
 
 from __future__ import annotations
 
+from importlib import import_module
+from typing import Literal, get_args, overload
+
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.geometry.points import Points
+from texvol.geometry.surfaces.field import Facets, Field, field_of
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.util.errors import InputError, missing_extra
+from texvol.util.errors import InputError
 
-# Infinite values become so many ranges of the finite ones; the surface moves towards the finite side by this fraction.
-_INFINITE = 2.0**20
+MeshMethod = Literal["marching-cubes", "marching-tetrahedra", "cuberille", "contours"]
+SurfaceMethod = Literal[MeshMethod, "dividing-cubes"]
+METHODS: tuple[SurfaceMethod, ...] = get_args(SurfaceMethod)
 
 
-def surface_of(volume: Volume, value: float) -> Mesh:
+@overload
+def surface_of(volume: Volume, value: float, method: MeshMethod = ...) -> Mesh: ...
+@overload
+def surface_of(
+    volume: Volume, value: float, method: Literal["dividing-cubes"], *, cell_size: float | None = ...
+) -> Points: ...
+@overload
+def surface_of(
+    volume: Volume, value: float, method: SurfaceMethod, *, cell_size: float | None = ...
+) -> Mesh | Points: ...
+def surface_of(
+    volume: Volume, value: float, method: SurfaceMethod = "marching-cubes", *, cell_size: float | None = None
+) -> Mesh | Points:
     """Return the surface on which a volume has a value, in world units.
 
     Triangles are counter-clockwise seen from the side of lower values, and normals point there, also on mirrored grids.
+    Methods are described in `texvol.geometry.surfaces`; "dividing-cubes" returns points, the others a mesh.
+
+    Parameters
+    ----------
+    cell_size : float, optional
+        Of "dividing-cubes": largest side of the parts of cells that become points, world units; half the smallest
+        spacing unless told.
+
+    Raises
+    ------
+    InputError
+        If the value is not finite, or the volume does not contain it; if the method is unknown, or `cell_size` is not
+        for it; if samples are missing, for "contours".
+    MissingExtraError
+        If scikit-image is not installed, for "marching-cubes" and "contours".
+    """
+    if method not in METHODS:
+        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    if cell_size is not None and method != "dividing-cubes":
+        raise InputError(f"cell_size is for method dividing-cubes only, got method {method}")
+    field = checked_field(volume, value)
+    name = f"{volume.name} at {value:g}"
+    if method == "dividing-cubes":
+        from texvol.geometry.surfaces.dividing_cubes import dividing_cubes
+
+        points, normals = dividing_cubes(field, cell_size)
+        _check_any(len(points), volume, value)
+        return Points(_in_world(points, volume), _turned(normals, volume), name)
+    function = method.replace("-", "_")
+    found: Facets = getattr(import_module(f"texvol.geometry.surfaces.{function}"), function)(field)
+    _check_any(len(found.triangles), volume, value)
+    return _mesh(found, volume, name)
+
+
+def ambiguous_cell_count(volume: Volume, value: float) -> int:
+    """Return the number of cells with an ambiguous face at a value, see `surfaces.ambiguity`.
 
     Raises
     ------
     InputError
         If the value is not finite, or the volume does not contain it.
-    MissingExtraError
-        If scikit-image is not installed.
     """
+    from texvol.geometry.surfaces.ambiguity import ambiguous_cells
+
+    return int(ambiguous_cells(checked_field(volume, value)).sum())
+
+
+def checked_field(volume: Volume, value: float) -> Field:
+    """Return the field of a volume relative to a value, or InputError where the volume does not contain it."""
     if not np.isfinite(value):
         raise InputError(f"{volume.name}: the value of a surface must be finite, got {value!r}")
     low, high = volume.value_range or (np.nan, np.nan)
     if not low <= value <= high:
         held = "all are missing" if np.isnan(low) else f"they go from {low:g} to {high:g}"
         raise InputError(f"{volume.name}: no surface, since no value is {value:g}: {held}")
-    try:
-        from skimage.measure import marching_cubes
-    except ImportError as error:
-        raise missing_extra("scikit-image", "geometry", "extracting a surface") from error
-    above, missing = _above(volume, value)
-    try:
-        corners, triangles, normals, _ = marching_cubes(above, 0.0, allow_degenerate=False)
-    except (RuntimeError, ValueError):
-        triangles = np.empty((0, 3), np.int64)
-    if triangles.size and missing.any():
-        triangles = triangles[~_is_beside(missing, corners[triangles].mean(axis=1))]
-    if not triangles.size:
-        raise InputError(f"{volume.name}: no surface, since only single samples are {value:g}")
-    used, triangles = np.unique(triangles, return_inverse=True)
-    index = corners[used, ::-1].astype(np.float64) - 1  # z, y, x of the padded array
-    index = np.clip(index, -0.5, np.array(volume.dimensions) - 0.5)
-    triangles = triangles.reshape(-1, 3)
-    # Reversing x, y, z mirrors once; so does a left-handed grid.
-    if np.linalg.det(volume.direction) < 0:
-        triangles = triangles[:, ::-1]
+    return field_of(volume, value)
+
+
+def _mesh(found: Facets, volume: Volume, name: str) -> Mesh:
+    """Return facets of index space in the world; a left-handed grid mirrors them once."""
+    is_mirrored = np.linalg.det(volume.direction) < 0
     return Mesh(
-        volume.origin + index @ volume.world_from_index.T,
-        triangles,
-        normals=_in_world(normals[used, ::-1].astype(np.float64), volume),
-        name=f"{volume.name} at {value:g}",
+        _in_world(found.vertices, volume),
+        found.triangles[:, ::-1] if is_mirrored else found.triangles,
+        normals=None if found.normals is None else _turned(found.normals, volume),
+        name=name,
     )
 
 
-def _above(volume: Volume, value: float) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-    """Return samples above the value, as fractions of the range, padded by one; and a mask of missing samples."""
-    low, high = volume.finite_range or (value, value)
-    scale = max(high - value, value - low) or 1.0
-    above = np.empty(volume.values.shape, np.float32)
-    for layer, slot in zip(volume.values, above, strict=True):  # by layers: no float64 of all at once
-        slot[...] = np.clip((layer.astype(np.float64) - value) / scale, -_INFINITE, _INFINITE)
-    missing = np.isnan(above)
-    above[missing] = 1.0  # cells beside them are removed later
-    return np.pad(above, 1, mode="edge"), np.pad(missing, 1, mode="edge") if missing.any() else missing
+def _check_any(count: int, volume: Volume, value: float) -> None:
+    if not count:
+        raise InputError(f"{volume.name}: no surface, since only single samples are {value:g}")
 
 
-def _is_beside(missing: NDArray[np.bool_], positions: NDArray) -> NDArray[np.bool_]:
-    """Return True for positions in cells with a missing corner."""
-    cells = np.minimum(np.floor(positions).astype(int), np.array(missing.shape) - 2)
-    z, y, x = cells.T
-    found = np.zeros(len(positions), np.bool_)
-    for corner in range(8):
-        found |= missing[z + (corner & 1), y + (corner >> 1 & 1), x + (corner >> 2)]
-    return found
+def _in_world(index: NDArray[np.float64], volume: Volume) -> NDArray[np.float64]:
+    return np.asarray(volume.origin + index @ volume.world_from_index.T)
 
 
-def _in_world(normals: NDArray[np.float64], volume: Volume) -> NDArray[np.float64]:
+def _turned(normals: NDArray[np.float64], volume: Volume) -> NDArray[np.float64]:
     """Return unit normals in the world from gradients in index space."""
     scaled = volume.index_from_world * volume.smallest_spacing
     turned = normals @ scaled

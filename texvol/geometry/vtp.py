@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.readers.vti_arrays import Document
 from texvol.formats.readers.vtk_xml import document_of
+from texvol.geometry.points import Points
 from texvol.scene.shapes import Mesh
 
 _MOST = 2**40  # of points or polygons of a piece
@@ -102,15 +103,26 @@ class _Piece:
 
 def encoded(mesh: Mesh) -> bytes:
     """Return the bytes of a file with the mesh, in float64."""
+    corners = mesh.triangles.reshape(-1)
+    return _file(mesh.vertices, mesh.normals, "Polys", corners, 3)
+
+
+def encoded_points(cloud: Points) -> bytes:
+    """Return the bytes of a file with points and normals, in float64, a vertex cell for each point."""
+    return _file(cloud.points, cloud.normals, "Verts", np.arange(len(cloud.points)), 1)
+
+
+def _file(places: NDArray, normals: NDArray | None, cells: str, corners: NDArray[np.int64], of_each: int) -> bytes:
+    """Return the bytes of a file with cells of one kind, of so many corners each."""
     file = Element("VTKFile", type="PolyData", version="1.0", byte_order="LittleEndian", header_type="UInt64")
-    counts = {"NumberOfPoints": str(len(mesh.vertices)), "NumberOfPolys": str(len(mesh.triangles))}
+    counts = {"NumberOfPoints": str(len(places)), f"NumberOf{cells}": str(len(corners) // of_each)}
     piece = ElementTree.SubElement(ElementTree.SubElement(file, "PolyData"), "Piece", counts)
-    _put(ElementTree.SubElement(piece, "Points"), "Points", mesh.vertices, "f8")
-    if mesh.normals is not None:
-        _put(ElementTree.SubElement(piece, "PointData", Normals="Normals"), "Normals", mesh.normals, "f8")
-    polygons = ElementTree.SubElement(piece, "Polys")
-    _put(polygons, "connectivity", mesh.triangles.reshape(-1), "i8")
-    _put(polygons, "offsets", np.arange(3, 3 * len(mesh.triangles) + 1, 3), "i8")
+    _put(ElementTree.SubElement(piece, "Points"), "Points", places, "f8")
+    if normals is not None:
+        _put(ElementTree.SubElement(piece, "PointData", Normals="Normals"), "Normals", normals, "f8")
+    element = ElementTree.SubElement(piece, cells)
+    _put(element, "connectivity", corners, "i8")
+    _put(element, "offsets", np.arange(of_each, len(corners) + 1, of_each), "i8")
     return ElementTree.tostring(file, encoding="utf-8", xml_declaration=True)
 
 
