@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, format_of
+from texvol.formats.readers.detection import RESAMPLED, format_of, reader_of
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.volume import Volume
@@ -54,7 +54,7 @@ def read(name: str, choice: Choice) -> Samples:
         kind = format_of(name, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
     with named_faults(name, kind, "formats"), quiet:
-        samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
+        samples: Samples = import_module(f"texvol.formats.readers.{reader_of(kind)}").read(name, choice)
         if choice.missing and samples.colors is not None:
             raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
         if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
