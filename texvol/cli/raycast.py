@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from texvol.cli.common import add_depth, check_outputs
+from texvol.cli.exact_cells import raycast_cells
 from texvol.formats.pictures import depth as depth_picture
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
@@ -26,6 +27,10 @@ def add_raycast(commands: Any) -> None:
         "--texture-refinement", type=int, choices=REFINEMENTS, metavar="1|2|4", default=1,
         help="the medium of slab and extinction is that of a grid so many times finer (1)",
     )  # fmt: skip
+    parser.add_argument(
+        "--exact-cells", action="store_true",
+        help="of an unstructured grid, integrate its own cells instead of the grid to which it is resampled",
+    )  # fmt: skip
     parser.set_defaults(run=run)
 
 
@@ -42,8 +47,13 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
-    picture = export.of(raycast(scene, size, texture_refinement=arguments.texture_refinement), scene, output)
-    metadata = {"texvol:renderer": "ray casting, float64"}
+    if arguments.exact_cells:
+        exact = raycast_cells(scene, size)
+    else:
+        exact = raycast(scene, size, texture_refinement=arguments.texture_refinement)
+    picture = export.of(exact, scene, output)
+    what = "ray casting of tetrahedra, float64" if arguments.exact_cells else "ray casting, float64"
+    metadata = {"texvol:renderer": what}
     metadata |= export.metadata(scene_options.volume, scene, output)
     files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}
     if arguments.depth:

@@ -8,9 +8,10 @@ from contextlib import contextmanager, nullcontext
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, format_of, reader_of
+from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, format_of, reader_of
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
+from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
 from texvol.util.terminal import library_reason
@@ -61,6 +62,18 @@ def read(name: str, choice: Choice) -> Samples:
             return samples
         values, notes = without_chosen(samples.values, choice)
         return samples._replace(values=values, notes=(*samples.notes, *notes))
+
+
+def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
+    """Return the field of the file `name` on tetrahedra, without resampling; raises as `read`."""
+    with named_faults(name, "an unstructured grid", "formats"):
+        kind = format_of(name, choice)
+        if kind not in UNSTRUCTURED:
+            raise FileFault(f"is {kind}: tetrahedra are read from {', '.join(UNSTRUCTURED)}")
+    with named_faults(name, kind, "formats"), silent_libraries():
+        grid: TetrahedralGrid
+        grid, _ = import_module(f"texvol.formats.readers.{reader_of(kind)}").tetrahedra(name, choice)
+        return grid
 
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
