@@ -122,12 +122,14 @@ def test_values_of_cells_are_constant_in_each(tmp_path: Path) -> None:
     assert labels.resampling["compared"] == 24 * 6
 
 
-def test_points_outside_are_missing(tmp_path: Path) -> None:
-    """The tetrahedron fills a sixth of its box."""
-    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+@pytest.mark.parametrize("last", [[0, 0, 1.0], [0, 1, 1.0]])
+def test_points_outside_are_missing(tmp_path: Path, last: list[float]) -> None:
+    """The tetrahedron fills a sixth of its box; one of its faces may be along x, and slanted."""
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], last])
     path = written(tmp_path / "v.vtu", unstructured(points, [(TETRAHEDRON, np.arange(4)[np.newaxis])], linear(points)))
     volume = load(path, resolution=(33, 33, 33))
-    inside = points_of(volume).sum(axis=-1) <= 1
+    x, y, z = np.moveaxis(points_of(volume), -1, 0)
+    inside = x + y + z <= 1 if last[1] == 0 else (z <= y) & (x + y <= 1)
     np.testing.assert_array_equal(np.isfinite(volume.values), inside)
     np.testing.assert_allclose(volume.values[inside], linear(points_of(volume))[inside], rtol=0, atol=_ROUNDING)
     assert volume.resampling["outside"] == (~inside).sum()
@@ -149,7 +151,7 @@ def test_inverted_and_flat_tetrahedra(tmp_path: Path) -> None:
 def test_the_error_is_the_one_at_points_and_middles(tmp_path: Path) -> None:
     """Against scipy's interpolation of the samples, which all are inside."""
     points, cells = delaunay(60)
-    values = smooth(3 * points)
+    values, points = smooth(3 * points), points + 5
     path = written(tmp_path / "v.vtu", unstructured(points, [(TETRAHEDRON, cells)], values))
     volume = load(path, resolution=(17, 18, 19))
     where = np.concatenate([points, points[cells].mean(axis=1)])
