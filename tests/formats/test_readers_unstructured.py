@@ -142,7 +142,9 @@ def test_inverted_and_flat_tetrahedra(tmp_path: Path) -> None:
     flat = np.array([[0, 0, 1, 2], [len(points), len(points) + 1, len(points) + 2, len(points) + 3]])
     plane = np.array([[0.1, 0.2, 0.5], [0.7, 0.2, 0.5], [0.4, 0.9, 0.5], [0.6, 0.6, 0.5]])
     every = np.concatenate([points, plane])
-    path = written(tmp_path / "v.vtu", unstructured(every, [(TETRAHEDRON, np.concatenate([turned, flat]))], linear(every)))
+    path = written(
+        tmp_path / "v.vtu", unstructured(every, [(TETRAHEDRON, np.concatenate([turned, flat]))], linear(every))
+    )
     check_linear(path)
     assert load(path).resampling["flat_cells"] == 2
     assert "2 cells of the source have no volume" in information.text(information.metadata(load(path)))
@@ -199,7 +201,9 @@ def test_quadratic_tetrahedra_are_taken_by_their_corners(tmp_path: Path) -> None
     middles = [(points[cells[:, a]] + points[cells[:, b]]) / 2 for a, b in edges]
     numbers = np.arange(len(cells) * 6).reshape(6, len(cells)).T + len(points)
     every = np.concatenate([points, *middles])
-    path = written(tmp_path / "v.vtu", unstructured(every, [(24, np.concatenate([cells, numbers], axis=1))], linear(every)))
+    path = written(
+        tmp_path / "v.vtu", unstructured(every, [(24, np.concatenate([cells, numbers], axis=1))], linear(every))
+    )
     check_linear(path)
     assert f"{len(cells)} cells of higher order are taken by their corners, straight and linear" in load(path).notes
 

@@ -29,7 +29,9 @@ def volumes(points: np.ndarray, tetrahedra: np.ndarray) -> np.ndarray:
 
 def triangles(tetrahedra: np.ndarray) -> Counter:
     return Counter(
-        tuple(sorted(each[list(three)])) for each in tetrahedra for three in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
+        tuple(sorted(each[list(three)]))
+        for each in tetrahedra
+        for three in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))
     )
 
 
@@ -105,8 +107,6 @@ def test_an_edge_drawn_together_makes_fewer_tetrahedra() -> None:
 def test_faces_are_closed() -> None:
     """Each edge of a cell belongs to two of its faces: a slip in a table would leave one open."""
     for shape in SHAPES.values():
-        edges = Counter(
-            tuple(sorted((face[at - 1], face[at]))) for face in shape.faces for at in range(len(face))
-        )
+        edges = Counter(tuple(sorted((face[at - 1], face[at]))) for face in shape.faces for at in range(len(face)))
         assert set(edges.values()) == {2}
         assert shape.corners - len(edges) + len(shape.faces) == 2  # Euler

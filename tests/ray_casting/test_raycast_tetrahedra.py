@@ -113,7 +113,10 @@ def test_a_ray_may_leave_and_enter_again() -> None:
     values = np.concatenate([np.full(len(points), 1.0), np.full(len(points), 2.0)])
     grid = TetrahedralGrid(both, np.concatenate([cells, cells + len(points)]), values)
     transfer = TransferFunction([1, 2], [[1, 0, 0], [0, 1, 0]], [1.0, 2.0])
-    for camera, order in ((INSIDE, (0, 1)), (Camera.orthographic((0.5, 0.5, 9), (0.5, 0.5, 0.5), (0, 1, 0), 0.7), (1, 0))):
+    for camera, order in (
+        (INSIDE, (0, 1)),
+        (Camera.orthographic((0.5, 0.5, 9), (0.5, 0.5, 0.5), (0, 1, 0), 0.7), (1, 0)),
+    ):
         picture = raycast_tetrahedra(grid, transfer, camera, SIZE)
         own = [1 - exp(-1), 1 - exp(-2)]
         front, back = order

@@ -43,7 +43,10 @@ def hexahedra(counts: Sequence[int], seed: int | None = None) -> tuple[NDArray[n
 
 
 def unstructured(
-    points: NDArray, cells: Sequence[tuple[int, NDArray]], values: NDArray | None = None, of_cells: NDArray | None = None
+    points: NDArray,
+    cells: Sequence[tuple[int, NDArray]],
+    values: NDArray | None = None,
+    of_cells: NDArray | None = None,
 ) -> vtkUnstructuredGrid:
     """VTK's unstructured grid; `cells` are pairs of VTK's number of a kind, and corners of shape (m, corners)."""
     grid = vtkUnstructuredGrid()

@@ -45,7 +45,9 @@ class TetrahedralGrid:
         if places.ndim != 2 or places.shape[1] != 3 or places.dtype.kind not in "iuf":
             raise InputError(f"points must be numbers of shape (n, 3), got {places.dtype} of {places.shape}")
         if corners.ndim != 2 or corners.shape[1] != 4 or corners.dtype.kind not in "iu" or not corners.size:
-            raise InputError(f"tetrahedra must be whole numbers of shape (m, 4), got {corners.dtype} of {corners.shape}")
+            raise InputError(
+                f"tetrahedra must be whole numbers of shape (m, 4), got {corners.dtype} of {corners.shape}"
+            )
         wanted = len(corners) if per_cell else len(places)
         if field.shape != (wanted,) or field.dtype.kind not in "iuf":
             raise InputError(f"values must be {wanted} real numbers, got {field.dtype} of {field.shape}")

@@ -178,7 +178,11 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
             raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
         content = content_of(_unpacked_head(head)) if packing == "gzip" else named
     # An .img has the samples of a NIfTI pair and no magic number; old DICOM has no preamble, and old MRC no "MAP".
-    unmarked = content in _CONTAINERS.get(named, ()) or lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    unmarked = (
+        content in _CONTAINERS.get(named, ())
+        or lower.endswith((".img", ".img.gz"))
+        or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    )
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"
         raise FileFault(f"named {named}{inside}")

@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.netcdf import opened
 from texvol.formats.readers.netcdf_axes import attribute, unstructured_kind
-from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps, check_size, check_unpacked, out_of_range
+from texvol.formats.readers.samples import (
+    Choice,
+    FileFault,
+    Samples,
+    TimeSteps,
+    check_size,
+    check_unpacked,
+    out_of_range,
+)
 from texvol.formats.readers.splitting import SHAPES
 from texvol.formats.readers.unstructured import Cells, Field, chosen_name, samples_of, tetrahedral
 from texvol.scene.tetrahedra import TetrahedralGrid

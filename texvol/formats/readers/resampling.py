@@ -213,9 +213,7 @@ def text(metadata: dict[str, Any]) -> list[str]:
     elif metadata["max_error"] is None:
         lines.append("error unknown: no sample of the source is where the new field has a value")
     else:
-        lines.append(
-            f"error at {own}: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
-        )
+        lines.append(f"error at {own}: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}")
     nothing = "0" if "changed" in metadata else "NaN"
     counted = (
         ("lost", "samples of the source are where the new field is missing"),

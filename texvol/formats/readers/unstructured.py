@@ -143,7 +143,9 @@ def tetrahedral(
     try:
         grid = TetrahedralGrid(points, tetrahedra, own, per_cell=not field.at_points)
     except InputError as error:
-        raise FileFault(str(error).replace("points must", "its points must").replace("tetrahedra", "its cells")) from None
+        raise FileFault(
+            str(error).replace("points must", "its points must").replace("tetrahedra", "its cells")
+        ) from None
     return grid, (*notes, *_notes(cells, grid))
 
 
@@ -199,7 +201,9 @@ def _plural(kind: str, count: int) -> str:
     return "hexahedra" if kind == "hexahedron" else f"{kind}s"
 
 
-def chosen_name(named: Mapping[str, bool], wanted: str | None, marked: str | None = None) -> tuple[str, tuple[str, ...]]:
+def chosen_name(
+    named: Mapping[str, bool], wanted: str | None, marked: str | None = None
+) -> tuple[str, tuple[str, ...]]:
     """Return the array to read, and a note that lists the others.
 
     Parameters

@@ -184,9 +184,7 @@ def _shown(document: Document, piece: _Piece) -> NDArray[np.bool_]:
     return (document.array(array, [piece.cells, 1], _GHOSTS)[:, 0].astype(np.uint8) & _LEFT_OUT) == 0
 
 
-def _without_hidden(
-    document: Document, pieces: Sequence[_Piece], values: NDArray
-) -> tuple[NDArray, tuple[str, ...]]:
+def _without_hidden(document: Document, pieces: Sequence[_Piece], values: NDArray) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without those of hidden points, and a note."""
     ghosts = [_array(piece, "PointData", _GHOSTS) for piece in pieces]
     if all(array is None for array in ghosts):

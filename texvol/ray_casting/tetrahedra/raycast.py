@@ -118,9 +118,7 @@ def _cells(grid: TetrahedralGrid, camera: Camera, size: tuple[int, int]) -> Cell
     return Cells(first, np.ascontiguousarray(gradients), np.ascontiguousarray(grid.corner_values(whole)), pixels)
 
 
-def _pixels(
-    grid: TetrahedralGrid, which: NDArray[np.intp], camera: Camera, size: tuple[int, int]
-) -> NDArray[np.int64]:
+def _pixels(grid: TetrahedralGrid, which: NDArray[np.intp], camera: Camera, size: tuple[int, int]) -> NDArray[np.int64]:
     """Return first and last row and column that tetrahedra may meet, shape (m, 4); the last is smaller if none."""
     width, height = size
     seen = camera.in_eye_space((grid.points - grid.low) - grid.extent / 2, grid.low + grid.extent / 2)

@@ -109,9 +109,7 @@ def _integrate(segments, medium, corners, light):
         for corner in range(8):
             corners[corner] = back if corner & 1 else front
         if depth < OPAQUE_DEPTH:
-            depth = cross_postclassified(
-                corners, medium, _ENTRY, _LEAVE, leave - enter, _ROUNDING, depth, light[:3]
-            )
+            depth = cross_postclassified(corners, medium, _ENTRY, _LEAVE, leave - enter, _ROUNDING, depth, light[:3])
     light[3] = depth
     return covered
 
