@@ -7,7 +7,6 @@ from math import exp
 import numpy as np
 import pytest
 from support.mesh_files import delaunay, hexahedra
-from texvol.formats.readers.splitting import split
 
 from texvol import (
     Camera,
@@ -19,6 +18,7 @@ from texvol import (
     raycast,
     raycast_tetrahedra,
 )
+from texvol.formats.readers.splitting import split
 
 SIZE = (24, 20)
 # Closed forms are met to the rounding of some hundred segments.

@@ -54,8 +54,8 @@ def load(
     variable : str
         Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars.
     resolution : (nx, ny, nz)
-        Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its finest spacing
-        needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
+        Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its
+        finest spacing needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
     labels : bool
         Whether its values are labels, names of what is there: see `Volume`.
     color : bool, optional

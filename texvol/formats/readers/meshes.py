@@ -140,10 +140,12 @@ def _limit_memory(size: int) -> None:
 
 def _packed(mesh: Any) -> bytes:
     """Return a mesh as bytes: names as JSON, and arrays, which are numbers, in numpy's format."""
-    arrays = [np.asarray(mesh.points), *(np.asarray(block.data) if _is_solid(block.type) else np.empty((len(block.data), 0))
-              for block in mesh.cells)]  # fmt: skip
-    names = [{}, {}]
-    for held, data in zip(names, (mesh.point_data, {k: _whole(v) for k, v in mesh.cell_data.items()}), strict=True):
+    arrays = [np.asarray(mesh.points)]
+    for block in mesh.cells:
+        arrays.append(np.asarray(block.data) if _is_solid(block.type) else np.empty((len(block.data), 0)))
+    names: list[dict[str, int]] = [{}, {}]
+    in_cells = {name: _whole(parts) for name, parts in mesh.cell_data.items()}
+    for held, data in zip(names, (mesh.point_data, in_cells), strict=True):
         for name, values in data.items():
             held[name] = len(arrays)
             arrays.append(np.asarray(values))

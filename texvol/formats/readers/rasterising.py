@@ -1,7 +1,8 @@
 """Fields on tetrahedra sampled at the points of a regular grid along the world's axes.
 
 Each tetrahedron takes those columns of the regular grid, along x, that its bounding box meets. On a column, its
-barycentric coordinates are linear in x, so the samples inside are those of one interval and their values are linear too.
+barycentric coordinates are linear in x, so the samples inside are those of one interval, and their values are linear
+too.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ def rasterise(grid: TetrahedralGrid, spacing: Floats, counts: Sequence[int], mad
     Parameters
     ----------
     grid : TetrahedralGrid
-        Tetrahedra with a value that is not finite are missing. A sample on a face has the value of the last tetrahedron.
+        Tetrahedra with a value that is not finite are missing. A sample on a face has the last tetrahedron's value.
     spacing : array of shape (3,)
         Distance of the samples from the low corner of the grid's box, along x, y and z.
     counts : (nx, ny, nz)

@@ -2,8 +2,8 @@
 
 A quadrilateral is cut from its corner of the smallest number (Dompierre, Labbé, Vallet, Camarero 1999, "How to
 subdivide pyramids, prisms and hexahedra into tetrahedra"): the numbers are those of the whole grid, so both cells at a
-face cut it alike. A cell is then the fan from its smallest corner: one tetrahedron to each triangle of the faces that do
-not touch that corner. A pyramid makes 2 tetrahedra, a wedge 3, a hexahedron 6.
+face cut it alike. A cell is then the fan from its smallest corner: one tetrahedron to each triangle of the faces that
+do not touch that corner. A pyramid makes 2 tetrahedra, a wedge 3, a hexahedron 6.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Unstructured grids: cells of several kinds become tetrahedra, and their field is sampled on a regular grid.
 
-The regular grid lies along the world's axes, over the bounding box. The samples are those of the field itself, linear in
-each tetrahedron or constant in each cell; samples in no cell are NaN. The error that `info` tells is that of drawing
-between the samples: at the points and at the middles of the tetrahedra.
+The regular grid lies along the world's axes, over the bounding box. The samples are those of the field itself, linear
+in each tetrahedron or constant in each cell; samples in no cell are NaN. The error that `info` tells is that of the
+field that is drawn between the samples: at the points and at the middles of the tetrahedra.
 """
 
 from __future__ import annotations

@@ -80,7 +80,8 @@ def raycast_tetrahedra(
 def _framing(grid: TetrahedralGrid, size: tuple[int, int]) -> Camera:
     """Return the camera that frames the box of a grid."""
     extent = np.where(grid.extent > 0, grid.extent, 1.0)
-    box = Volume(np.zeros((2, 2, 2), np.uint8), spacing=extent / 2, origin=grid.low + extent / 4)
+    origin = (grid.low + extent / 4).tolist()
+    box = Volume(np.zeros((2, 2, 2), np.uint8), spacing=(extent / 2).tolist(), origin=origin)
     return Camera.framing(box, aspect=size[0] / size[1])
 
 
@@ -134,7 +135,7 @@ def _pixels(grid: TetrahedralGrid, which: NDArray[np.intp], camera: Camera, size
         across, above = across / divisor, above / divisor
     column = across / pixel + (width - 1) / 2
     row = (height - 1) / 2 - above / pixel
-    # A pixel more on each side than rounding needs.
+    # Rounded outwards, within bounds that are whole numbers of 64 bits.
     ends = np.stack([row.min(axis=1), row.max(axis=1), column.min(axis=1), column.max(axis=1)], axis=1)
     last = np.array([height, height, width, width])
     ends = np.clip(ends, -2, last + 1)
