@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from texvol import geometry
     from texvol.annotation import Annotation
     from texvol.comparison import Difference, compare
-    from texvol.formats.readers import TimeSeries, load
+    from texvol.formats.readers import TimeSeries, load, load_tetrahedra
     from texvol.ray_casting import raycast
+    from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
     from texvol.scene.added_volume import AddedVolume
     from texvol.scene.camera import Camera
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from texvol.scene.lighting import DepthCue, Light, Lighting
     from texvol.scene.mask import Mask
     from texvol.scene.scene import Scene
+    from texvol.scene.tetrahedra import TetrahedralGrid
     from texvol.scene.transfer import TransferFunction
     from texvol.scene.volume import Volume
     from texvol.util.errors import ContextError, InputError, MissingExtraError, TexvolError
@@ -45,13 +47,16 @@ _MODULES = {
     "MissingExtraError": "util.errors",
     "Renderer": "rendering.renderer",
     "Scene": "scene.scene",
+    "TetrahedralGrid": "scene.tetrahedra",
     "TexvolError": "util.errors",
     "TimeSeries": "formats.readers",
     "TransferFunction": "scene.transfer",
     "Volume": "scene.volume",
     "compare": "comparison",
     "load": "formats.readers",
+    "load_tetrahedra": "formats.readers",
     "raycast": "ray_casting",
+    "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "rendering.renderer",
 }
 
@@ -71,6 +76,7 @@ __all__ = [
     "MissingExtraError",
     "Renderer",
     "Scene",
+    "TetrahedralGrid",
     "TexvolError",
     "TimeSeries",
     "TransferFunction",
@@ -79,7 +85,9 @@ __all__ = [
     "compare",
     "geometry",
     "load",
+    "load_tetrahedra",
     "raycast",
+    "raycast_tetrahedra",
     "render",
 ]
 

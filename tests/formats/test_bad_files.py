@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import SimpleITK
 import tifffile
-from support import grid_files, marked
+from support import grid_files, marked, mesh_files
 from support.dicom_files import slice_of
 from support.grid_files import points_of_axes, rectilinear, structured, written
 from support.refusal import refused
@@ -71,6 +71,11 @@ def write_vts(path: Path) -> None:
     written(path, structured(points, marked.marked()), "appended" if "raw" in path.name else "binary", base64=0)
 
 
+def write_vtu(path: Path) -> None:
+    points, cells = mesh_files.hexahedra(np.array(marked.DIMENSIONS) - 1)
+    mesh_files.written(path, mesh_files.unstructured(points, [(mesh_files.HEXAHEDRON, cells)], marked.marked().ravel()))
+
+
 def write_netcdf(path: Path) -> None:
     axes = [("z", np.arange(3.0), "m"), ("y", np.arange(4.0), "m"), ("x", np.arange(5.0), "m")]
     form = {".nc": "NETCDF3_CLASSIC", ".nc4": "NETCDF4", ".cdf": "NETCDF3_64BIT_DATA"}[path.suffix]
@@ -97,6 +102,7 @@ WRITERS: dict[str, Callable[[Path], None]] = {
     "v.vtr": write_vtr,
     "v.vts": write_vts,
     "raw.vts": write_vts,
+    "v.vtu": write_vtu,
     "v.nc": write_netcdf,
     "v.nc4": write_netcdf,
     "v.cdf": write_netcdf,
@@ -193,7 +199,7 @@ def test_formats_that_are_not_read_are_refused_by_name(
 ) -> None:
     (tmp_path / name).write_bytes(b"whatever")
     assert f"is {kind}" in (message := refused(tmp_path / name, capfd))
-    assert "texvol reads NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, raw" in message
+    assert "texvol reads NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, VTU, netCDF, Exodus, VTK" in message
 
 
 def test_an_unknown_format_is_refused_with_the_list(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

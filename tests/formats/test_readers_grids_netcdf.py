@@ -213,6 +213,9 @@ def test_unstructured_grids_are_refused_by_name(
 ) -> None:
     message = refused(unstructured(tmp_path / "v.nc", kind), capfd, variable=variable)
     assert named in message
+    if kind == "exodus":
+        assert "is an Exodus mesh: its name must end in .e, .exo, .ex2 or .exii" in message
+        return
     assert (
         "which texvol does not read; resample it onto a regular grid, in ParaView by the filter Resample To Image"
         in message
@@ -222,25 +225,28 @@ def test_unstructured_grids_are_refused_by_name(
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("v.vtu", "VTU (a VTK unstructured grid)"),
+        ("v.pvtu", "PVTU (a VTK unstructured grid in parts)"),
         ("v.cgns", "CGNS"),
-        ("v.exo", "Exodus"),
-        ("v.e", "Exodus"),
-        ("v.xml", "VTU (a VTK unstructured grid)"),
+        ("v.inp", "an Abaqus mesh, which holds no field"),
+        ("v.mesh", "a Medit mesh, which holds no field"),
+        ("v.xml", "PVTU (a VTK unstructured grid in parts)"),
     ],
 )
 def test_unstructured_formats_are_refused_by_name(
     tmp_path: Path, name: str, kind: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / name).write_text('<?xml version="1.0"?>\n<VTKFile type="UnstructuredGrid" version="1.0">')
+    (tmp_path / name).write_text('<?xml version="1.0"?>\n<VTKFile type="PUnstructuredGrid" version="1.0">')
     message = refused(tmp_path / name, capfd)
     assert f"is {kind}, which texvol does not read; resample it onto a regular grid, in ParaView" in message
 
 
-def test_legacy_vtk_is_refused_with_a_hint(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "v.vtk").write_text("# vtk DataFile Version 3.0\n")
+def test_legacy_vtk_of_a_structured_kind_is_refused_with_a_hint(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "v.vtk").write_text("# vtk DataFile Version 3.0\nv\nASCII\nDATASET STRUCTURED_POINTS\n")
     message = refused(tmp_path / "v.vtk", capfd)
-    assert "is legacy VTK, which texvol does not read; save it as VTI, VTR or VTS, in ParaView" in message
+    assert "is legacy VTK of STRUCTURED_POINTS, of which texvol reads UNSTRUCTURED_GRID alone" in message
+    assert "save it as VTI, VTR or VTS, in ParaView" in message
 
 
 def test_a_header_that_wants_more_than_there_is(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -15,17 +15,15 @@ _OPTIONS = (
     SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
     SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
     SceneOption("series", str, "NAME", "series of a DICOM folder"),
-    SceneOption(
-        "channel", texts.channel, "N|magnitude", "channel or component of vectors, from 0; or the length of the vectors"
-    ),
-    SceneOption("variable", str, "NAME", "variable of a netCDF file, or array of a VTK file"),
+    SceneOption("channel", texts.index, "N", "channel, from 0"),
+    SceneOption("variable", str, "NAME", "variable of a netCDF file, or array of a VTK or mesh file"),
     SceneOption(
         "time", texts.time_step, "N|all",
         "time step, from 0; with `all`, `render` writes numbered pictures or a film",
     ),
     SceneOption(
         "resolution", texts.dimensions, "NX,NY,NZ",
-        "samples of the regular grid to which a rectilinear or curvilinear grid is resampled",
+        "samples of the regular grid to which a rectilinear, curvilinear or unstructured grid is resampled",
     ),
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
@@ -41,7 +39,8 @@ READING = {option.name: option for option in _OPTIONS}
 
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
     """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
-    formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, netCDF, NPY, RAW"
+    formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, VTU, netCDF, Exodus, VTK, "
+    formats += "Gmsh, XDMF, MED, NPY, RAW"
     shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
     parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
     group = parser.add_argument_group("reading the volume")

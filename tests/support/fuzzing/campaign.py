@@ -38,7 +38,13 @@ from texvol.util.errors import TexvolError
 BLOCK = 500  # inputs of a child
 _FURTHER = {"volume": "info", "picture": "diff"}  # what a fraction of the files are read for
 _FRACTION = 0.1
-_SLOW = ("dicom", "netcdf", "scene")  # kinds of which there is a sixth as many inputs: reading them forks
+_SLOW = (
+    "dicom",
+    "netcdf",
+    "exodus",
+    "med",
+    "scene",
+)  # kinds of which there is a sixth as many inputs: reading them forks
 
 
 class Inputs:

@@ -18,7 +18,22 @@ _DEEP = 100_000  # brackets within brackets
 
 def cases() -> list[Seed]:
     """All of them."""
-    makers = (_nrrd, _nifti, _metaimage, _tiff, _npy, _vtk, _netcdf, _dicom, _pictures, _meshes, _json, _toml, _others)
+    makers = (
+        _nrrd,
+        _nifti,
+        _metaimage,
+        _tiff,
+        _npy,
+        _vtk,
+        _unstructured,
+        _netcdf,
+        _dicom,
+        _pictures,
+        _meshes,
+        _json,
+        _toml,
+        _others,
+    )
     return [case for make in makers for case in make()]
 
 
@@ -136,6 +151,9 @@ def _npy() -> Iterator[Seed]:
         )
 
 
+_MESH = (("UnstructuredGrid", "vtu"),)
+
+
 def _vtk() -> Iterator[Seed]:
     head = '<?xml version="1.0"?><VTKFile type="ImageData" byte_order="LittleEndian" header_type="UInt64">'
     extents = ("0 1000000000 0 1000000000 0 1000000000", "0 4 0 3 0 -1", "0 4 0 3", "a", "0 4 0 3 0 1e9", "5 0 0 3 0 2")
@@ -145,10 +163,32 @@ def _vtk() -> Iterator[Seed]:
         yield _one("vti", "v.vti", told + "</Piece></ImageData></VTKFile>")
     entities = "".join(f'<!ENTITY e{n + 1} "{f"&e{n};" * 10}">' for n in range(9))
     bomb = f'<?xml version="1.0"?><!DOCTYPE x [<!ENTITY e0 "aaaaaaaaaa">{entities}]>'
-    for kind, name in (("ImageData", "vti"), ("RectilinearGrid", "vtr"), ("StructuredGrid", "vts")):
+    for kind, name in (("ImageData", "vti"), ("RectilinearGrid", "vtr"), ("StructuredGrid", "vts"), *_MESH):
         yield _one(name, f"v.{name}", f'{bomb}<VTKFile type="{kind}">&e9;</VTKFile>')
         yield _one(name, f"v.{name}", f'<VTKFile type="{kind}">' + "<a>" * _DEEP)
         yield _one(name, f"v.{name}", f'<VTKFile type="{kind}" ' + " ".join(f'a{n}="1"' for n in range(50_000)) + "/>")
+
+
+def _unstructured() -> Iterator[Seed]:
+    for number in _HUGE:
+        for points, cells in ((number, 1), (4, number)):
+            told = '<VTKFile type="UnstructuredGrid"><UnstructuredGrid>'
+            told += f'<Piece NumberOfPoints="{points}" NumberOfCells="{cells}"><Points><DataArray type="Float32" '
+            told += 'NumberOfComponents="3" format="ascii">0 0 0 1 0 0 0 1 0 0 0 1</DataArray></Points><Cells>'
+            for name, numbers in (("connectivity", "0 1 2 3"), ("offsets", cells), ("types", 10)):
+                told += f'<DataArray type="Int64" Name="{name}" format="ascii">{numbers}</DataArray>'
+            told += '</Cells><PointData><DataArray type="Int8" Name="a" format="ascii">1 2 3 4</DataArray></PointData>'
+            yield _one("vtu", "v.vtu", told + "</Piece></UnstructuredGrid></VTKFile>")
+        legacy = f"# vtk DataFile Version 3.0\nv\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {number} float\n0 0 0\n"
+        yield _one("vtk", "v.vtk", legacy)
+        yield _one("vtk", "v.vtk", legacy.replace("ASCII", "BINARY"))
+        yield _one("vtk", "v.vtk", legacy.replace(str(number), "1") + f"CELLS {number} {number}\n4 0 0 0 0\n")
+        for form in ("4.1 0 8", "2.2 0 8", "4.1 1 8"):
+            text = f"$MeshFormat\n{form}\n$EndMeshFormat\n$Nodes\n{number} {number} 1 {number}\n3 1 0 {number}\n"
+            yield _one("gmsh", "v.msh", text)
+        item = f'<DataItem Dimensions="{number} 3" Format="XML">0 0 0</DataItem>'
+        geometry = f'<Geometry GeometryType="XYZ">{item}</Geometry>'
+        yield _one("xdmf", "v.xdmf", f'<Xdmf Version="3.0"><Domain><Grid Name="g">{geometry}</Grid></Domain></Xdmf>')
 
 
 def _netcdf() -> Iterator[Seed]:

@@ -11,12 +11,13 @@ from collections.abc import Sequence
 from typing import Literal
 
 from texvol.formats.readers.detection import FORMATS
-from texvol.formats.readers.loading import ARGUMENTS, checked, read, volume_of
+from texvol.formats.readers.loading import ARGUMENTS, checked, read, read_tetrahedra, volume_of
 from texvol.formats.readers.samples import Choice
 from texvol.formats.readers.time_series import TimeSeries, time_steps
+from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 
-__all__ = ["ARGUMENTS", "FORMATS", "TimeSeries", "load", "time_steps"]
+__all__ = ["ARGUMENTS", "FORMATS", "TimeSeries", "load", "load_tetrahedra", "time_steps"]
 
 
 def load(
@@ -41,7 +42,7 @@ def load(
     ----------
     path : str or path
         NRRD, NIfTI, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), MRC, VTI, VTR, VTS, netCDF,
-        NPY, or raw samples.
+        NPY, or raw samples; an unstructured grid as VTU, Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
     shape : (nx, ny, nz)
         Dimensions of a raw file; of no other, since the others say.
     dtype : str
@@ -58,8 +59,8 @@ def load(
     variable : str
         Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars.
     resolution : (nx, ny, nz)
-        Samples of the regular grid that a rectilinear or curvilinear one becomes; else as many as its finest spacing
-        needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
+        Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its
+        finest spacing needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
     labels : bool
         Whether its values are labels, names of what is there: see `Volume`.
     blocks : bool
@@ -87,3 +88,31 @@ def load(
     told = Choice(shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing)
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)
+
+
+def load_tetrahedra(
+    path: str | os.PathLike[str],
+    *,
+    variable: str | None = None,
+    channel: int | None = None,
+    time: int | None = None,
+    missing: float | Sequence[float] | None = None,
+) -> TetrahedralGrid:
+    """Return the field of an unstructured grid on tetrahedra, as the file holds it and without resampling.
+
+    Hexahedra, wedges and pyramids are split so that neighbours share the diagonals of their faces.
+
+    Parameters
+    ----------
+    path : str or path
+        VTU, Exodus, legacy VTK, Gmsh, XDMF or MED.
+    variable, channel, time, missing
+        As those of `load`.
+
+    Raises
+    ------
+    InputError, MissingExtraError
+        As `load`.
+    """
+    name = os.fspath(path)
+    return read_tetrahedra(name, checked(name, Choice(channel=channel, time=time, variable=variable, missing=missing)))

@@ -20,11 +20,18 @@ FORMATS = {
     "VTI": (".vti",),
     "VTR": (".vtr",),
     "VTS": (".vts",),
+    "VTU": (".vtu",),
     "netCDF": (".nc", ".nc4", ".cdf"),
+    "Exodus": (".e", ".exo", ".ex2", ".exii"),
+    "VTK": (".vtk",),
+    "Gmsh": (".msh",),
+    "XDMF": (".xdmf", ".xmf"),
+    "MED": (".med",),
     "NPY": (".npy",),
     "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
 }
 READ = ", ".join(FORMATS)
+_READERS = dict.fromkeys(("VTK", "Gmsh", "XDMF", "MED"), "meshes")  # modules that are not named like the format
 
 TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample To Image, and save that as VTI"
 _SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
@@ -32,18 +39,16 @@ _OTHERS = f"texvol reads {READ}"
 
 # Kinds of files that texvol does not read, their endings, and a hint for the user.
 _REFUSED = (
-    ("VTU (a VTK unstructured grid)", (".vtu",), TO_IMAGE),
     ("PVTU (a VTK unstructured grid in parts)", (".pvtu",), TO_IMAGE),
     ("CGNS", (".cgns",), TO_IMAGE),
-    ("Exodus", (".exo", ".ex2", ".exii", ".e"), TO_IMAGE),
+    ("an Abaqus mesh, which holds no field", (".inp",), TO_IMAGE),
+    ("a Medit mesh, which holds no field", (".mesh", ".meshb"), TO_IMAGE),
     ("VTM (VTK blocks)", (".vtm", ".vtmb"), TO_IMAGE),
     ("OpenFOAM", (".foam",), TO_IMAGE),
     ("EnSight", (".case",), TO_IMAGE),
-    ("a mesh (MSH)", (".msh",), TO_IMAGE),
     ("PVTI (a VTK grid in parts)", (".pvti",), _SAVE),
     ("PVTR (a VTK grid in parts)", (".pvtr",), _SAVE),
     ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
-    ("legacy VTK", (".vtk",), _SAVE),
     ("OME-Zarr", (".zarr",), _OTHERS),
     ("VTP (VTK polygons)", (".vtp",), _OTHERS),
     ("HDF5", (".h5", ".hdf5"), _OTHERS),
@@ -56,8 +61,8 @@ _REFUSED = (
 )
 # Types of VTK's XML files.
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
+_READ_XML |= {"UnstructuredGrid": "VTU"}
 _UNREAD_XML = {
-    "UnstructuredGrid": "VTU (a VTK unstructured grid)",
     "PUnstructuredGrid": "PVTU (a VTK unstructured grid in parts)",
     "PolyData": "VTP (VTK polygons)",
 }
@@ -65,8 +70,9 @@ _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
 _UNKNOWN = "of no known kind"
 
 # Formats with several variables, and those whose grid may need resampling.
-_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS")
-RESAMPLED = ("netCDF", "VTR", "VTS")
+UNSTRUCTURED = ("VTU", "Exodus", "VTK", "Gmsh", "XDMF", "MED")
+_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS", *UNSTRUCTURED)
+RESAMPLED = ("netCDF", "VTR", "VTS", *UNSTRUCTURED)
 _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
 # Offset, bytes and format of each magic number.
@@ -95,8 +101,16 @@ _MAGIC = (
     (0, b"\xff\xd8\xff", "JPEG"),
     (0, b"\x76\x2f\x31\x01", "OpenEXR"),
     (0, b"%PDF", "PDF"),
-    (0, b"# vtk DataFile", "legacy VTK"),
+    (0, b"# vtk DataFile", "VTK"),
+    (0, b"$MeshFormat", "Gmsh"),
 )
+# Formats whose files are of another kind at their beginning.
+_CONTAINERS = {"netCDF": (_HDF5,), "Exodus": (_HDF5, "netCDF"), "MED": (_HDF5,)}
+
+
+def reader_of(kind: str) -> str:
+    """Return the name of the module that reads a format, a key of FORMATS."""
+    return _READERS.get(kind, kind.lower())
 
 
 def format_of(path: str, choice: Choice) -> str:
@@ -164,8 +178,11 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
             raise FileFault(f"named {packing}-compressed {named}, but its content is {content}")
         content = content_of(_unpacked_head(head)) if packing == "gzip" else named
     # An .img has the samples of a NIfTI pair and no magic number; old DICOM has no preamble, and old MRC no "MAP".
-    is_netcdf = named == "netCDF" and content == _HDF5
-    unmarked = is_netcdf or lower.endswith((".img", ".img.gz")) or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    unmarked = (
+        content in _CONTAINERS.get(named, ())
+        or lower.endswith((".img", ".img.gz"))
+        or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+    )
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"
         raise FileFault(f"named {named}{inside}")
@@ -177,7 +194,9 @@ def content_of(head: bytes) -> str:
         if head[offset : offset + len(magic)] == magic:
             return kind
     text = head.lstrip(b"\xef\xbb\xbf \t\r\n")
-    if text.startswith((b"<?xml", b"<VTKFile", b"<!--")):
+    if text.startswith((b"<?xml", b"<VTKFile", b"<Xdmf", b"<!--")):
+        if b"<VTKFile" not in head and b"<Xdmf" in head:
+            return "XDMF"
         start = head.find(b"<VTKFile")
         opening = head[start : head.find(b">", start)] if start >= 0 else b""
         found = re.search(rb"type\s*=\s*[\"'](\w*)[\"']", opening)

@@ -9,10 +9,10 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, format_of
-from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
+from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, format_of, reader_of
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
+from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
 from texvol.util.terminal import library_reason
@@ -63,18 +63,25 @@ def read(name: str, choice: Choice) -> Samples:
         kind = format_of(name, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
     with named_faults(name, kind, "formats"), quiet:
-        read_one = partial(_read, name, kind)
-        return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
+        samples: Samples = import_module(f"texvol.formats.readers.{reader_of(kind)}").read(name, choice)
+        if choice.missing and samples.colors is not None:
+            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
+        if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
+            return samples
+        values, notes = without_chosen(samples.values, choice)
+        return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
-def _read(name: str, kind: str, choice: Choice) -> Samples:
-    samples: Samples = import_module(f"texvol.formats.readers.{kind.lower()}").read(name, choice)
-    if choice.missing and samples.colors is not None:
-        raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-    if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
-        return samples
-    values, notes = without_chosen(samples.values, choice)
-    return samples._replace(values=values, notes=(*samples.notes, *notes))
+def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
+    """Return the field of the file `name` on tetrahedra, without resampling; raises as `read`."""
+    with named_faults(name, "an unstructured grid", "formats"):
+        kind = format_of(name, choice)
+        if kind not in UNSTRUCTURED:
+            raise FileFault(f"is {kind}: tetrahedra are read from {', '.join(UNSTRUCTURED)}")
+    with named_faults(name, kind, "formats"), silent_libraries():
+        grid: TetrahedralGrid
+        grid, _ = import_module(f"texvol.formats.readers.{reader_of(kind)}").tetrahedra(name, choice)
+        return grid
 
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:

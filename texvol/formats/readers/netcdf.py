@@ -41,7 +41,7 @@ _MARKS = ("_FillValue", "missing_value", "valid_range", "valid_min", "valid_max"
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of one variable at one time."""
-    dataset = once(choice, "dataset", lambda: _opened(path))
+    dataset = once(choice, "dataset", lambda: opened(path))
     try:
         return _read(dataset, choice)
     finally:
@@ -49,7 +49,8 @@ def read(path: str, choice: Choice) -> Samples:
             dataset.close()
 
 
-def _opened(path: str) -> Any:
+def opened(path: str) -> Any:
+    """Return an open dataset, scaled and masked; raise FileFault if the library would crash on the file."""
     import netCDF4
 
     with open(path, "rb") as file:
@@ -101,7 +102,7 @@ def _read(dataset: Any, choice: Choice) -> Samples:
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
     """Return the chosen variable, or the first that is a volume, and a note about it."""
     if kind := unstructured_kind(dataset):
-        raise FileFault(f"is {kind}, which texvol does not read; {TO_IMAGE}")
+        raise FileFault(f"is {kind}: its name must end in .e, .exo, .ex2 or .exii")
     named = dict(_variables(dataset))
     if wanted is not None and wanted not in named:
         raise FileFault(f"has no variable {wanted} (--variable); it has {_listed(list(named))}")

@@ -203,17 +203,17 @@ def resolution_for(extent: float, finest: float, samples: int) -> int:
 
 def text(metadata: dict[str, Any]) -> list[str]:
     """Return lines of text about a volume's `resampling`."""
-    source, made = (" x ".join(map(str, metadata[key])) for key in ("samples", "dimensions"))
-    lines = [f"from a {metadata['grid']} grid of {source} samples to a regular one of {made} ({metadata['chosen_by']})"]
+    made = " x ".join(map(str, metadata["dimensions"]))
+    lines = [f"from {_grid_in_words(metadata)} to a regular one of {made} ({metadata['chosen_by']})"]
+    own = metadata.get("compared_at", "the source's samples")
     if "changed" in metadata:
         changed, compared = metadata["changed"], metadata["compared"]
-        lines.append(f"{changed} of {compared} samples of the source have another label on the new grid")
+        what = "cells" if "tetrahedra" in metadata else "samples"
+        lines.append(f"{changed} of {compared} {what} of the source have another label on the new grid")
     elif metadata["max_error"] is None:
         lines.append("error unknown: no sample of the source is where the new field has a value")
     else:
-        lines.append(
-            f"error at the source's samples: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}"
-        )
+        lines.append(f"error at {own}: max {_amount(metadata, 'max_error')}, rms {_amount(metadata, 'rms_error')}")
     nothing = "0" if "changed" in metadata else "NaN"
     counted = (
         ("lost", "samples of the source are where the new field is missing"),
@@ -222,6 +222,12 @@ def text(metadata: dict[str, Any]) -> list[str]:
         ("flat_cells", "cells of the source have no volume and are left out"),
     )
     return lines + [f"{metadata[key]} {what}" for key, what in counted if metadata.get(key)]
+
+
+def _grid_in_words(metadata: dict[str, Any]) -> str:
+    if "tetrahedra" in metadata:
+        return f"an unstructured grid of {metadata['points']} points and {metadata['tetrahedra']} tetrahedra"
+    return f"a {metadata['grid']} grid of {' x '.join(map(str, metadata['samples']))} samples"
 
 
 def _amount(metadata: dict[str, Any], key: str) -> str:
