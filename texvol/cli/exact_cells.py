@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError
 
@@ -43,7 +44,9 @@ def _check(scene: Scene) -> None:
     parts = {
         "a mode other than composite": scene.mode != "composite",
         "a depth cue": scene.depth_cue is not None,
-        "labels": scene.volume.labels,
+        "labels or blocks": scene.volume.nearest,
+        "--channel magnitude": scene.volume.source.get("channel") == MAGNITUDE,
+        "--depth-in": scene.depth is not None,
         "a mask": scene.mask is not None,
         "added volumes": bool(scene.added),
         "clip planes and a crop box": bool(scene.clip) or scene.crop is not None,

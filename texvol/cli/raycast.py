@@ -35,6 +35,10 @@ def add_raycast(commands: Any) -> None:
         help="the medium of slab and extinction is that of a grid so many times finer (1)",
     )  # fmt: skip
     parser.add_argument(
+        "--progressive", action="store_true",
+        help="write a coarse picture first, and finer ones in its place; an interruption keeps the last of them",
+    )  # fmt: skip
+    parser.add_argument(
         "--exact-cells", action="store_true",
         help="of an unstructured grid, integrate its own cells instead of the grid to which it is resampled",
     )  # fmt: skip
@@ -53,15 +57,36 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
-    if arguments.exact_cells:
-        exact = raycast_cells(scene, size)
-    else:
-        exact = raycast(scene, size, texture_refinement=arguments.texture_refinement)
-    picture = export.of(exact, scene, output)
+    if scene.classification == "auto":
+        scene = scene.classified_as("post")  # whose integral it stands for; the header says what was computed
     what = "ray casting of tetrahedra, float64" if arguments.exact_cells else "ray casting, float64"
-    metadata = {"texvol:renderer": what}
-    metadata |= export.metadata(scene_options.volume, scene, output)
-    files = {output: image.encoded(output, picture, metadata, transparent=scene_options.transparent)}
-    if arguments.depth:
-        files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))
-    writing.write_files(files)
+    for picture, is_last in _pictures(scene, size, arguments):
+        if not (is_last or arguments.progressive):
+            continue
+        shown, metadata = export.of(picture, scene, output), {"texvol:renderer": what}
+        metadata |= export.metadata(scene_options.volume, scene, output) if is_last else {}
+        files = {output: image.encoded(output, shown, metadata, transparent=scene_options.transparent)}
+        if arguments.depth and is_last:
+            files[arguments.depth] = depth_picture.encoded(arguments.depth, isosurface_depth(scene, size))
+        writing.write_files(files)
+
+
+def _pictures(
+    scene: Scene, size: tuple[int, int], arguments: argparse.Namespace
+) -> Iterator[tuple[NDArray[np.float64], bool]]:
+    """Yield pictures from coarse to exact, and True with the last; show the progress on a terminal."""
+    if arguments.exact_cells:
+        yield raycast_cells(scene, size), True
+        return
+    from texvol.ray_casting import raycast_progressively
+
+    refinement = arguments.texture_refinement
+    with status_line() as show:
+        start = time.perf_counter()
+
+        def tell(fraction: float) -> None:
+            left = (time.perf_counter() - start) * (1 / fraction - 1)
+            show(f"texvol: {100 * fraction:.0f} % of the pixels, {left:.0f} s left")
+
+        for step, picture in raycast_progressively(scene, size, texture_refinement=refinement, tell=tell):
+            yield picture, step == 1

@@ -15,7 +15,9 @@ _OPTIONS = (
     SceneOption("shape", texts.dimensions, "NX,NY,NZ", "dimensions of a RAW file"),
     SceneOption("dtype", str, "TYPE", "sample type of a RAW file: uint8, >i2 (big-endian), float32 …"),
     SceneOption("series", str, "NAME", "series of a DICOM folder"),
-    SceneOption("channel", texts.index, "N", "channel, from 0"),
+    SceneOption(
+        "channel", texts.channel, "N|magnitude", "channel or component of vectors, from 0; or the length of the vectors"
+    ),
     SceneOption("variable", str, "NAME", "variable of a netCDF file, or array of a VTK or mesh file"),
     SceneOption(
         "time", texts.time_step, "N|all",

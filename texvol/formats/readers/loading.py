@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import Any
 
 from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, format_of, reader_of
+from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.tetrahedra import TetrahedralGrid
@@ -63,13 +64,18 @@ def read(name: str, choice: Choice) -> Samples:
         kind = format_of(name, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
     with named_faults(name, kind, "formats"), quiet:
-        samples: Samples = import_module(f"texvol.formats.readers.{reader_of(kind)}").read(name, choice)
-        if choice.missing and samples.colors is not None:
-            raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-        if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
-            return samples
-        values, notes = without_chosen(samples.values, choice)
-        return samples._replace(values=values, notes=(*samples.notes, *notes))
+        read_one = partial(_read, name, kind)
+        return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
+
+
+def _read(name: str, kind: str, choice: Choice) -> Samples:
+    samples: Samples = import_module(f"texvol.formats.readers.{reader_of(kind)}").read(name, choice)
+    if choice.missing and samples.colors is not None:
+        raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
+    if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
+        return samples
+    values, notes = without_chosen(samples.values, choice)
+    return samples._replace(values=values, notes=(*samples.notes, *notes))
 
 
 def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
