@@ -8,6 +8,7 @@ from dataclasses import replace
 import benchmark
 import benchmark_errors
 import benchmark_growth
+import benchmark_surfaces
 import numpy as np
 import pytest
 from benchmark_competitors import Texvol, Trial, fastest, stopped_falling
@@ -141,3 +142,21 @@ def test_a_process_is_charged_with_its_own_memory_only() -> None:
     assert megabytes < 60 < ballast.nbytes / 1e6
     with pytest.raises(RuntimeError, match="no luck"):
         process([sys.executable, "-c", "import sys; print('a word'); sys.exit('no luck')"])
+
+
+def test_distances_of_surfaces_are_those_of_their_facets() -> None:
+    """Of a square of half side 0.3 around the middle of a sphere of 0.7, which is 0.7 off."""
+    corners = [(-0.3, -0.3, 0), (0.3, -0.3, 0), (0.3, 0.3, 0), (-0.3, 0.3, 0), (0, 0, 0)] + benchmark_surfaces._PLACE
+    square = benchmark_surfaces.Mesh(corners, [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)])
+    mean, largest = benchmark_surfaces.distances_of(square, benchmark_surfaces.SHAPES["sphere"])
+    assert largest == pytest.approx(0.7)
+    # The mean radius in a square of half side a is (√2 + asinh 1) a / 3, a cone on which sums are off by little.
+    assert mean == pytest.approx(0.7 - (np.sqrt(2) + np.arcsinh(1)) * 0.3 / 3, rel=0.01)
+
+
+@pytest.mark.parametrize("name", benchmark_surfaces.SHAPES)
+def test_contents_of_shapes_are_those_of_their_fields(name: str) -> None:
+    shape = benchmark_surfaces.SHAPES[name]
+    volume = benchmark_surfaces.sampled(shape, 64)
+    # Voxels of a tenth of a percent of the content and less, at surfaces both ways.
+    assert (volume.values > 0).mean() * 8 == pytest.approx(shape.content, rel=0.01)

@@ -20,7 +20,7 @@ from texvol.geometry.measures import topology_of
 
 _SAMPLES = 32
 _SEVERAL = (16, 32, 64)
-_PER_SIDE = 4  # parts of a triangle's side; distances are taken at their ends
+_PER_SIDE = 4  # parts of a triangle's side; distances are taken in the middle of the small triangles, and at corners
 # Off the symmetry of the grid, where samples would lie on the surface.
 _PLACE = np.array([0.013, 0.021, -0.017])
 Numbers = NDArray[np.float64]
@@ -160,7 +160,8 @@ def distances_of(surface: Surface, shape: Shape) -> tuple[float, float]:
         return float(distances.mean()), float(distances.max())
     corners = surface.vertices[surface.triangles] - _PLACE
     areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    parts = range(_PER_SIDE + 1)
-    weights = np.array([(i, j, _PER_SIDE - i - j) for i in parts for j in parts if i + j <= _PER_SIDE]) / _PER_SIDE
+    sums = ((i + third, j + third) for third in (1 / 3, 2 / 3) for i in range(_PER_SIDE) for j in range(_PER_SIDE))
+    weights = np.array([(i, j, _PER_SIDE - i - j) for i, j in sums if i + j < _PER_SIDE]) / _PER_SIDE
     distances = shape.distance(np.einsum("wc,tca->twa", weights, corners))
-    return float((distances.mean(axis=1) * areas).sum() / areas.sum()), float(distances.max())
+    largest = max(distances.max(), shape.distance(corners).max())
+    return float((distances.mean(axis=1) * areas).sum() / areas.sum()), float(largest)

@@ -10,8 +10,8 @@ import pytest
 from support.surfaces import GRIDS, ball, facets, in_cube, on_grid, rms_distance, torus, two_balls
 
 from texvol import InputError, Volume
-from texvol.geometry import enclosed_volume, euler_number, surface_of
-from texvol.geometry.extraction import METHODS, MeshMethod
+from texvol.geometry import Mesh, enclosed_volume, euler_number, surface_of
+from texvol.geometry.extraction import METHODS, MeshMethod, SurfaceMethod, ambiguous_cell_count
 from texvol.geometry.measures import topology_of
 
 MESHES: tuple[MeshMethod, ...] = get_args(MeshMethod)
@@ -178,6 +178,22 @@ def test_a_branch_of_contours_is_one_surface() -> None:
         assert (found.euler_number, found.is_closed) == (2, True)
         # Ends of 27, 9 and 9 voxels are cones, short of a third of a voxel each; corners are cut by an eighth.
         assert enclosed_volume(mesh) == pytest.approx(values.sum() - 45 / 3 - 4 * (4 + 8) / 8, rel=0.03)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_infinite_samples_and_single_layers_have_surfaces(method: SurfaceMethod) -> None:
+    values = np.zeros((5, 5, 5))
+    values[2, 2, 2] = np.inf
+    found = surface_of(Volume(values), 0.5, method)
+    places = found.vertices if isinstance(found, Mesh) else found.points
+    # Up to the neighbours; a box goes half as far, and points are in the middle of parts of a half.
+    assert np.abs(places - 2).max() == pytest.approx(
+        {"cuberille": 0.5, "dividing-cubes": 0.75}.get(method, 1), abs=1e-5
+    )
+    layer = surface_of(Volume(np.arange(12.0).reshape(1, 3, 4)), 5.6, method)
+    heights = (layer.vertices if isinstance(layer, Mesh) else layer.points)[:, 2]
+    assert heights.min() == -heights.max() and heights.max() == (0.375 if method == "dividing-cubes" else 0.5)
+    assert ambiguous_cell_count(Volume(np.arange(12.0).reshape(1, 3, 4)), 5.6) == 0
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -27,14 +27,13 @@ def strip(lower: Numbers, upper: Numbers) -> Integers:
     if m > n:  # rows are a loop, columns are not
         turned = strip(upper, lower)[:, ::-1]
         return np.where(turned < n, turned + m, turned - n)
-    row, column, path = _shortest(*_costs(lower, upper))
+    path = _shortest(*_costs(lower, upper))
     triangles = []
     for i, (first, last) in enumerate(zip(path.first.tolist(), path.last.tolist(), strict=True)):
-        p = (row + i) % m
-        steps = range(column + first, column + last)
-        triangles += [(p, m + (j + 1) % n, m + j % n) for j in steps]
+        p = (path.row + i) % m
+        triangles += [(p, m + (j + 1) % n, m + j % n) for j in range(first, last)]
         if i < m:
-            triangles.append((p, (p + 1) % m, m + (column + last) % n))
+            triangles.append((p, (p + 1) % m, m + last % n))
     return np.array(triangles, np.int64)
 
 
@@ -49,26 +48,25 @@ def _areas(a: Numbers, b: Numbers, c: Numbers) -> Numbers:
 
 
 def _costs(lower: Numbers, upper: Numbers) -> tuple[Numbers, Numbers]:
-    """Return areas (m, n) of the steps i → i + 1 at j, and of those j → j + 1 at i."""
+    """Return areas (m, n) of the steps i → i + 1 at j; and sums (m, 2 n + 1) of those from 0 to j, twice around."""
     across = _areas(lower[:, np.newaxis], np.roll(lower, -1, axis=0)[:, np.newaxis], upper)
-    return across, _areas(lower[:, np.newaxis], upper, np.roll(upper, -1, axis=0))
+    along = _areas(lower[:, np.newaxis], upper, np.roll(upper, -1, axis=0))
+    return across, np.cumsum(np.concatenate([np.zeros((len(lower), 1)), along, along], axis=1), axis=1)
 
 
 class _Path(NamedTuple):
-    """The first and the last j at each i, 0 to m; and the cost."""
+    """A path once around: the first and the last j at each i, m + 1 of them from `row` on; and the cost."""
 
     first: Integers
     last: Integers
     cost: float
+    row: int = 0
 
 
-def _shortest(across: Numbers, along: Numbers) -> tuple[int, int, _Path]:
-    """Return a node (i, j) of the shortest path around, and the path from there, as if the node were (0, 0)."""
+def _shortest(across: Numbers, sums: Numbers) -> _Path:
     m, n = across.shape
     none = np.zeros(m + 1, np.int64)
-    sums = _sums(along)
-    first = _path(across, sums, 0, none, none + n)
-    best = (0, 0, first)
+    best = first = _path(across, sums, (0, 0), none, none + n)
     # The path from n is that from 0, once around.
     gaps = [(0, first, n, _Path(first.first + n, first.last + n, first.cost))]
     while gaps:
@@ -77,44 +75,47 @@ def _shortest(across: Numbers, along: Numbers) -> tuple[int, int, _Path]:
             continue
         if (shared := high.first <= low.last).any():
             i = int(np.argmax(shared))
-            j = int(high.first[i])
-            turned = (np.roll(each, (-i, -j), axis=(0, 1)) for each in (across, along))
-            found = i, j, _path(next(turned), _sums(next(turned)), 0, none, none + n)
+            found = _through(across, sums, (i, int(high.first[i])), low, high)
         else:
             middle = (start + end) // 2
-            path = _path(across, sums, middle, low.first, high.last)
-            gaps += [(start, low, middle, path), (middle, path, end, high)]
-            found = 0, 0, path
-        best = min(best, found, key=lambda each: each[2].cost)
+            found = _path(across, sums, (0, middle), low.first, high.last)
+            gaps += [(start, low, middle, found), (middle, found, end, high)]
+        best = min(best, found, key=lambda path: path.cost)
     return best
 
 
-def _sums(along: Numbers) -> Numbers:
-    """Return the costs (m + 1, 2 n + 1) from j = 0 to each j, twice around; the last row is the first."""
-    sums = np.cumsum(np.concatenate([np.zeros((len(along), 1)), along, along], axis=1), axis=1)
-    return np.concatenate([sums, sums[:1]])
-
-
-def _path(across: Numbers, sums: Numbers, start: int, least: Integers, most: Integers) -> _Path:
-    """Return the shortest path from (0, start) to (m, start + n) with least[i] ≤ j ≤ most[i]."""
+def _through(across: Numbers, sums: Numbers, node: tuple[int, int], low: _Path, high: _Path) -> _Path:
+    """Return the shortest path through a node, of those between two paths from row 0."""
     m, n = across.shape
+    row, column = node
+    once = column // n * n  # columns are known up to 2 n
+    least = np.concatenate([low.first[row:], low.first[1 : row + 1] + n]) - once
+    most = np.concatenate([high.last[row:m], high.last[: row + 1] + n]) - once
+    column -= once
+    return _path(across, sums, (row, column), least.clip(column), most.clip(None, column + n))
+
+
+def _path(across: Numbers, sums: Numbers, node: tuple[int, int], least: Integers, most: Integers) -> _Path:
+    """Return the shortest path from a node (i, j) to (i + m, j + n), least ≤ j ≤ most in each of its rows."""
+    m, n = across.shape
+    row, start = node
     entries = []
     costs = np.array([0.0])
     begin = start  # the j of costs[0]
     for i, (low, high) in enumerate(zip(least.tolist(), most.tolist(), strict=True)):
         entering = np.full(high - low + 1, np.inf)
         j = np.arange(max(low, begin), min(high + 1, begin + len(costs)))
-        entering[j - low] = costs[j - begin] + (across[i - 1, j % n] if i else 0.0)
+        entering[j - low] = costs[j - begin] + (across[(row + i - 1) % m, j % n] if i else 0.0)
         # A run from j' to j costs sums[j] - sums[j']: the best j' is where the path enters the row.
-        before = sums[i, low : high + 1]
+        before = sums[(row + i) % m, low : high + 1]
         entering -= before
         best = np.minimum.accumulate(entering)
         entries.append(np.maximum.accumulate(np.where(entering == best, np.arange(low, high + 1), low)))
         costs, begin = best + before, low
     first, last = np.empty(m + 1, np.int64), np.empty(m + 1, np.int64)
-    j_end = start + n
-    cost = float(costs[j_end - begin])
+    end = start + n
+    cost = float(costs[end - begin])
     for i in range(m, -1, -1):
-        last[i] = j_end
-        j_end = first[i] = entries[i][j_end - least[i]]
-    return _Path(first, last, cost)
+        last[i] = end
+        end = first[i] = entries[i][end - least[i]]
+    return _Path(first, last, cost, row)
