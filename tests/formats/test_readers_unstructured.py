@@ -168,6 +168,20 @@ def test_the_error_is_the_one_at_points_and_middles(tmp_path: Path) -> None:
     assert load(path, resolution=(129,) * 3).resampling["rms_error"] < metadata["rms_error"] / 2
 
 
+def test_a_border_inside_of_the_box_is_sampled_finely(tmp_path: Path) -> None:
+    """Two hexahedra that fill their box need three samples along it; without one of their corners, 65 or more."""
+    points, cells = hexahedra((2, 1, 1))
+    path = written(tmp_path / "v.vtu", unstructured(points, [(HEXAHEDRON, cells)], linear(points)))
+    assert load(path).dimensions == (3, 2, 2)
+    points[(points == (2, 1, 1)).all(axis=1)] = (1.9, 0.9, 0.9)
+    volume = load(written(path, unstructured(points, [(HEXAHEDRON, cells)], linear(points))))
+    assert min(volume.dimensions) == 65
+    assert max(volume.dimensions) < 2 * 65
+    found = np.isfinite(volume.values)
+    np.testing.assert_allclose(volume.values[found], linear(points_of(volume))[found], rtol=0, atol=_ROUNDING)
+    assert 0.8 < found.mean() < 1
+
+
 def test_the_page_of_info_says_what_was_lost(tmp_path: Path) -> None:
     points, cells = hexahedra((3, 3, 3))
     path = written(tmp_path / "v.vtu", unstructured(points, [(HEXAHEDRON, cells)], smooth(points)))

@@ -14,6 +14,7 @@ from texvol.options import scene_options as options
 from texvol.output.export import PictureExport, is_exact
 from texvol.scene.refinement import REFINEMENTS
 from texvol.util import writing
+from texvol.util.errors import InputError
 
 
 def add_raycast(commands: Any) -> None:
@@ -47,6 +48,8 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
+    if arguments.exact_cells and arguments.texture_refinement != 1:
+        raise InputError("--exact-cells does not go with --texture-refinement")
     if arguments.exact_cells:
         exact = raycast_cells(scene, size)
     else:
