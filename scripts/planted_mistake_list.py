@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from planted_mistake_kinds import OF_KINDS
 from planted_mistake_shaders import IN_SHADERS
 from planted_mistake_sources import Mistake
 from planted_mistake_stages import IN_STAGES
@@ -426,4 +427,4 @@ _LOWER = (
     ),
 )
 
-MISTAKES = (*_UPPER, *_LOWER, *IN_SHADERS, *IN_STAGES)
+MISTAKES = (*_UPPER, *_LOWER, *OF_KINDS, *IN_SHADERS, *IN_STAGES)

@@ -9,11 +9,10 @@ from io import StringIO
 from pathlib import Path
 
 import meshio
-import netCDF4
 import numpy as np
 import pytest
 from support.grid_files import linear, points_of
-from support.mesh_files import delaunay, hexahedra
+from support.mesh_files import delaunay, exodus, hexahedra
 from support.refusal import refused
 from vtkmodules.vtkIOLegacy import vtkUnstructuredGridWriter
 
@@ -99,30 +98,6 @@ def test_legacy_vtk_of_vtks_own_writer(tmp_path: Path) -> None:
         grid = load_tetrahedra(tmp_path / f"{number}.vtk")
         np.testing.assert_array_equal(grid.tetrahedra, cells)
         np.testing.assert_allclose(grid.values, linear(grid.points), rtol=0, atol=1e-5)  # six digits as text
-
-
-def exodus(path: Path, *, kind: str = "HEX8", steps: int = 2) -> Path:
-    """Two blocks of a hexahedron each; nodal values x + step, and values of the second block's cells alone."""
-    points, cells = hexahedra((2, 1, 1))
-    with netCDF4.Dataset(path, "w", format="NETCDF3_64BIT_OFFSET") as dataset:
-        sizes = {"time_step": None, "num_dim": 3, "num_nodes": 12, "num_elem": 2, "len_name": 33, "one": 1, "eight": 8}
-        for name, size in sizes.items():
-            dataset.createDimension(name, size)
-        dataset.createVariable("time_whole", "f8", ("time_step",))[:] = 0.5 * np.arange(steps)
-        for axis in range(3):
-            dataset.createVariable(f"coord{'xyz'[axis]}", "f8", ("num_nodes",))[:] = points[:, axis]
-        for block in (1, 2):
-            variable = dataset.createVariable(f"connect{block}", "i4", ("one", "eight"))
-            variable.elem_type = kind
-            variable[:] = cells[block - 1] + 1
-        for key, name in (("name_nod_var", b"heat"), ("name_elem_var", b"stress")):
-            dataset.createVariable(key, "S1", ("one", "len_name"))[:] = np.frombuffer(name.ljust(33, b"\0"), "S1")
-        nodal = dataset.createVariable("vals_nod_var1", "f8", ("time_step", "num_nodes"))
-        element = dataset.createVariable("vals_elem_var1eb2", "f8", ("time_step", "one"))
-        for step in range(steps):
-            nodal[step] = points[:, 0] + step
-            element[step] = 7 + step
-    return path
 
 
 def test_exodus_in_time(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

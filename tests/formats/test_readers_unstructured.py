@@ -20,6 +20,7 @@ from support.mesh_files import (
     written,
 )
 from support.refusal import refused
+from vtkmodules.util.numpy_support import numpy_to_vtk
 
 from texvol import InputError, load, load_tetrahedra
 from texvol.cli import information
@@ -168,6 +169,20 @@ def test_the_error_is_the_one_at_points_and_middles(tmp_path: Path) -> None:
     assert load(path, resolution=(129,) * 3).resampling["rms_error"] < metadata["rms_error"] / 2
 
 
+def test_a_border_inside_of_the_box_is_sampled_finely(tmp_path: Path) -> None:
+    """Two hexahedra that fill their box need three samples along it; without one of their corners, 65 or more."""
+    points, cells = hexahedra((2, 1, 1))
+    path = written(tmp_path / "v.vtu", unstructured(points, [(HEXAHEDRON, cells)], linear(points)))
+    assert load(path).dimensions == (3, 2, 2)
+    points[(points == (2, 1, 1)).all(axis=1)] = (1.9, 0.9, 0.9)
+    volume = load(written(path, unstructured(points, [(HEXAHEDRON, cells)], linear(points))))
+    assert min(volume.dimensions) == 65
+    assert max(volume.dimensions) < 2 * 65
+    found = np.isfinite(volume.values)
+    np.testing.assert_allclose(volume.values[found], linear(points_of(volume))[found], rtol=0, atol=_ROUNDING)
+    assert 0.8 < found.mean() < 1
+
+
 def test_the_page_of_info_says_what_was_lost(tmp_path: Path) -> None:
     points, cells = hexahedra((3, 3, 3))
     path = written(tmp_path / "v.vtu", unstructured(points, [(HEXAHEDRON, cells)], smooth(points)))
@@ -248,6 +263,36 @@ def test_pieces_meet_without_a_gap(tmp_path: Path) -> None:
     (tmp_path / "v.vtu").write_text(texts[0][0] + texts[0][1] + texts[1][1] + "</UnstructuredGrid></VTKFile>")
     check_linear(tmp_path / "v.vtu", atol=1e-9, resolution=(41, 21, 21))
     assert load_tetrahedra(tmp_path / "v.vtu").count == 12
+
+
+def test_parts_of_a_parallel_file(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """Hexahedra in three parts along rough borders, each with points of its own and copies of cells of others."""
+    points, cells = hexahedra((4, 4, 4), seed=7)
+    inside = ((points > 0) & (points < 4)).all(axis=1)
+    points[inside] += np.random.default_rng(2).uniform(-0.2, 0.2, (int(inside.sum()), 3))
+    order = np.random.default_rng(3).permutation(len(cells))
+    for part in range(3):
+        own = np.concatenate([cells[order[part::3]], cells[order[(part + 1) % 3 :: 3]][:5]])
+        used, numbers = np.unique(own, return_inverse=True)
+        copies = np.arange(len(own)) >= len(own) - 5
+        # Copies have another value, which must not be seen.
+        grid = unstructured(
+            points[used], [(HEXAHEDRON, numbers.reshape(-1, 8))], linear(points[used]), np.where(copies, 99.0, 1.0)
+        )
+        ghosts = numpy_to_vtk(copies.astype(np.uint8), deep=True)
+        ghosts.SetName("vtkGhostType")
+        grid.GetCellData().AddArray(ghosts)
+        written(tmp_path / f"v_{part}.vtu", grid)
+    parts = "".join(f'<Piece Source="v_{part}.vtu"/>' for part in range(3))
+    text = f'<VTKFile type="PUnstructuredGrid"><PUnstructuredGrid GhostLevel="1">{parts}</PUnstructuredGrid></VTKFile>'
+    (tmp_path / "v.pvtu").write_text(text)
+    check_linear(tmp_path / "v.pvtu", resolution=(41, 42, 43))
+    assert load_tetrahedra(tmp_path / "v.pvtu").count == 64 * 6
+    assert (load(tmp_path / "v.pvtu", variable="of_cells").values == 1).all()
+    (tmp_path / "v_1.vtu").unlink()
+    assert "its part 'v_1.vtu' is no file" in refused(tmp_path / "v.pvtu", capfd)
+    (tmp_path / "v_1.vtu").write_text(text)
+    assert "must be VTK XML of type UnstructuredGrid, got PUnstructuredGrid" in refused(tmp_path / "v.pvtu", capfd)
 
 
 def test_no_volume_is_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -152,6 +152,18 @@ def test_marching_knows_its_own_error(classification: str) -> None:
     assert not can_march(plain_scene(mode="mip").completed(SIZE))
 
 
+@pytest.mark.parametrize("classification", ["extinction", "post"])
+def test_marching_does_not_stumble_over_the_faces_of_the_box(classification: str) -> None:
+    """Where a step crosses the face of a medium both halves of its samples are off alike."""
+    volume = Volume(np.random.default_rng(0).random((12, 10, 8)).astype(np.float32))
+    medium = TransferFunction([0, 1], [(0.1, 0.2, 0.9), (1, 0.9, 0.5)], [0, 0.3])
+    scene = Scene(volume, medium, Camera.framing(volume), classification=classification)
+    pixels = chosen_pixels(SIZE, 40)
+    found, off = march_pixels(scene.completed(SIZE), SIZE, pixels)
+    errors = np.abs(found - raycast_pixels(scene, SIZE, pixels)).max(axis=1)
+    assert (errors <= 4 * off + 1e-6).all() and errors.max() < 2e-5
+
+
 def test_what_steps_may_pass_over_is_not_marched() -> None:
     """A spike of a thousandth of the range: the picture sees it, and short steps would not."""
     positions = np.array([0, 0.5, 0.5005, 0.501, 1])

@@ -20,6 +20,7 @@ from texvol.output.export import PictureExport, is_exact
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.scene import Scene
 from texvol.util import writing
+from texvol.util.errors import InputError
 from texvol.util.terminal import status_line
 
 
@@ -57,6 +58,8 @@ def run(arguments: argparse.Namespace) -> None:
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
+    if arguments.exact_cells and arguments.texture_refinement != 1:
+        raise InputError("--exact-cells does not go with --texture-refinement")
     if scene.classification == "auto":
         scene = scene.classified_as("post")  # whose integral it stands for; the header says what was computed
     what = "ray casting of tetrahedra, float64" if arguments.exact_cells else "ray casting, float64"

@@ -140,10 +140,15 @@ def raycast_progressively(
             )
         return count
 
+    start, drawing = time.perf_counter(), 0.0
     for step in _STEPS:
         for row, column, apart in _lattices(step):
             done += draw_lattice(row, column, apart)
+        drawing += time.perf_counter() - start
+        if done == width * height:
+            _remember(scene, drawing / done)
         yield step, np.repeat(np.repeat(picture[::step, ::step], step, 0), step, 1)[:height, :width]
+        start = time.perf_counter()
 
 
 def _lattices(step: int) -> Iterator[tuple[int, int, int]]:
@@ -159,9 +164,14 @@ def _timed(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
     scene.check_unchanged()
     start = time.perf_counter()
     picture = _drawer(scene.completed(size), size)(choose, lambda fraction: None)
-    kind, seconds = _kind_of(scene), (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1)
-    _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
+    _remember(scene, (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1))
     return picture
+
+
+def _remember(scene: Scene, seconds: float) -> None:
+    """Remember the seconds that a pixel of a scene took."""
+    kind = _kind_of(scene)
+    _PACE[kind] = min(seconds, _PACE.get(kind, np.inf))
 
 
 def _kind_of(scene: Scene) -> tuple[object, ...]:

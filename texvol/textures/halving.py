@@ -196,7 +196,7 @@ class _Rays:
     def __init__(self, volume: Volume, transfer_function: TransferFunction, slab_thickness: float) -> None:
         self._classifier = texel_classifier(transfer_function, "extinction", 1.0, np.inf)
         self._points, self._rays = _spread_rays(volume)
-        self._ends = _ends_in_box(volume, self._points, self._rays)
+        self._ends = ends_in_box(volume, self._points, self._rays)
         self._edges = self._cut(slab_thickness)
         self._picture = self._drawn(volume, self._edges)
         self._exact = self._drawn(volume, self._cut(slab_thickness / _FINER))
@@ -244,7 +244,7 @@ def _spread_rays(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float6
     return points, np.column_stack([across * np.cos(angle), across * np.sin(angle), height])
 
 
-def _ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
+def ends_in_box(volume: Volume, points: NDArray[np.float64], directions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Distances along each ray, from its start, at which the box begins and ends, shape (rays, 2)."""
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     position, direction = points @ box_from_world.T + 0.5, directions @ box_from_world.T

@@ -13,7 +13,7 @@ import meshio
 import numpy as np
 
 from support.fuzzing.seeds import Seed, of
-from support.mesh_files import HEXAHEDRON, TETRAHEDRON, hexahedra, unstructured, written
+from support.mesh_files import HEXAHEDRON, TETRAHEDRON, exodus, hexahedra, unstructured, written
 
 _CODINGS = (("ascii", "plain", 1), ("binary", "zlib", 1), ("appended", "plain", 0), ("appended", "lz4", 1))
 _POINTS, _CELLS = hexahedra((2, 1, 1), seed=1)
@@ -32,6 +32,8 @@ def seeds() -> Iterator[Seed]:
             lambda path, coding=(mode, packer, base64), grid=grid: written(path, grid, *coding[:2], base64=coding[2]),
             text=mode == "ascii",
         )  # fmt: skip
+    yield of("exodus", "v.e", lambda path: exodus(path, steps=1))
+    yield of("exodus", "v.exo", exodus, "series")
     for kind, name, module, told in (
         ("vtk", "v.vtk", "vtk", {"binary": False}),
         ("vtk", "v.vtk", "vtk", {"binary": True}),
@@ -39,7 +41,6 @@ def seeds() -> Iterator[Seed]:
         ("gmsh", "v.msh", "gmsh", {"binary": True, "fmt_version": "4.1"}),
         ("xdmf", "v.xdmf", "xdmf", {"data_format": "XML"}),
         ("med", "v.med", "med", {}),
-        ("exodus", "v.e", "exodus", {}),
     ):
         text = not told.get("binary", True) or kind == "xdmf"
         yield of(kind, name, lambda path, module=module, told=told: write_mesh(path, module, **told), text=text)

@@ -20,7 +20,7 @@ FORMATS = {
     "VTI": (".vti",),
     "VTR": (".vtr",),
     "VTS": (".vts",),
-    "VTU": (".vtu",),
+    "VTU": (".vtu", ".pvtu"),
     "netCDF": (".nc", ".nc4", ".cdf"),
     "Exodus": (".e", ".exo", ".ex2", ".exii"),
     "VTK": (".vtk",),
@@ -39,7 +39,6 @@ _OTHERS = f"texvol reads {READ}"
 
 # Kinds of files that texvol does not read, their endings, and a hint for the user.
 _REFUSED = (
-    ("PVTU (a VTK unstructured grid in parts)", (".pvtu",), TO_IMAGE),
     ("CGNS", (".cgns",), TO_IMAGE),
     ("an Abaqus mesh, which holds no field", (".inp",), TO_IMAGE),
     ("a Medit mesh, which holds no field", (".mesh", ".meshb"), TO_IMAGE),
@@ -61,11 +60,8 @@ _REFUSED = (
 )
 # Types of VTK's XML files.
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
-_READ_XML |= {"UnstructuredGrid": "VTU"}
-_UNREAD_XML = {
-    "PUnstructuredGrid": "PVTU (a VTK unstructured grid in parts)",
-    "PolyData": "VTP (VTK polygons)",
-}
+_READ_XML |= {"UnstructuredGrid": "VTU", "PUnstructuredGrid": "VTU"}
+_UNREAD_XML = {"PolyData": "VTP (VTK polygons)"}
 _HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
 _UNKNOWN = "of no known kind"
 

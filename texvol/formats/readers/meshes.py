@@ -23,7 +23,7 @@ from texvol.util.terminal import library_reason
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-_PATIENCE = 600.0  # seconds
+_PATIENCE, _PATIENCE_PER_BYTE = 5.0, 5e-6  # seconds: text is read some twenty times as fast
 _LONGEST_XML = 2**26  # bytes in which an XDMF file names others
 # Bytes of memory for each byte of a file: a digit and a space in a text make a number in a list, of some 40 bytes, and
 # compressed data may unpack to as many.
@@ -104,11 +104,12 @@ def _read(path: str) -> _Mesh:
             message = f"-cannot be read: {library_reason(str(error) or type(error).__name__)}".encode()
         output.send_bytes(message)
 
+    seconds = _PATIENCE + _PATIENCE_PER_BYTE * size
     with forked(work) as child:
         try:
-            message = child.take(_PATIENCE)
+            message = child.take(seconds)
         except TimeoutError:
-            raise FileFault(f"is corrupt or too large: meshio does not read it within {_PATIENCE:g} seconds") from None
+            raise FileFault(f"is corrupt or too large: meshio does not read it within {seconds:.3g} seconds") from None
         except EOFError as end:
             raise FileFault(f"is corrupt: reading it crashes the library ({end})") from None
     if message.startswith(b"-"):

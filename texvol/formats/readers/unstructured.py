@@ -25,6 +25,9 @@ from texvol.util.errors import InputError
 _CHUNK = 2**16  # tetrahedra per step
 # The finest spacing of a grid is the extent that so many of its tetrahedra do not reach: slivers have any extent.
 _FINEST = 0.05
+# Intervals along each axis, at least, if the tetrahedra do not fill their box: samples show a border as steps.
+_LEAST_INTERVALS = 64
+_FILLED = 1 - 1e-6  # of the box: the border of float32 points is rough by a ten-millionth
 # Cells without a volume, which are left out with a note.
 FLAT_KINDS = ("vertices", "lines", "triangles", "quadrilaterals", "polygons")
 
@@ -90,7 +93,8 @@ def _lost(grid: TetrahedralGrid, made: NDArray, spacing: Floats, labels: bool) -
 def _counts(grid: TetrahedralGrid) -> list[int]:
     """Return samples along each world axis: as many as the finest spacing needs, within bounds.
 
-    The bounds are relative to the number of cells that the mean extent of a tetrahedron makes along the axis.
+    The bounds are relative to the number of cells that the mean extent of a tetrahedron makes along the axis. A grid
+    that does not fill its box has at least some samples, for its border.
     """
     sizes = np.concatenate([
         np.ptp(grid.corners(slice(begin, begin + _CHUNK)), axis=1) for begin in range(0, grid.count, _CHUNK)
@@ -100,7 +104,20 @@ def _counts(grid: TetrahedralGrid) -> list[int]:
         finest, extent = float(np.quantile(sizes[:, axis], _FINEST)), float(grid.extent[axis])
         along = int(np.ceil(min(extent / float(sizes[:, axis].mean()), 2.0**31))) + 1
         counts.append(resolution_for(extent, finest, along))
-    return counts
+    if _filled(grid) > _FILLED:
+        return counts
+    # Whole multiples, so that samples stay where they were.
+    return [-(-_LEAST_INTERVALS // (count - 1)) * (count - 1) + 1 for count in counts]
+
+
+def _filled(grid: TetrahedralGrid) -> float:
+    """Return the volume of the tetrahedra as a fraction of that of their box."""
+    total = 0.0
+    for begin in range(0, grid.count, _CHUNK):
+        corners = grid.corners(slice(begin, begin + _CHUNK)) / grid.extent
+        a, b, c = (corners[:, number] - corners[:, 0] for number in (1, 2, 3))
+        total += float(np.abs((np.cross(a, b) * c).sum(axis=1)).sum()) / 6
+    return total
 
 
 def tetrahedral(

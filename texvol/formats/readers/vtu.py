@@ -1,7 +1,9 @@
-"""VTU: VTK's unstructured grid, points and cells of any kind between them, in XML."""
+"""VTU: VTK's unstructured grid, points and cells of any kind between them, in XML; PVTU names files of its parts."""
 
 from __future__ import annotations
 
+import os
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 from xml.etree.ElementTree import Element
@@ -33,8 +35,9 @@ _REFUSED = {15: "pentagonal prisms", 16: "hexagonal prisms", 41: "convex point s
 
 
 class _Piece(NamedTuple):
-    """A piece of a file: its element, and its numbers of points and cells."""
+    """A piece of a file: the file, its element, and its numbers of points and cells."""
 
+    document: Document
     element: Element
     points: int
     cells: int
@@ -48,20 +51,19 @@ def read(path: str, choice: Choice) -> Samples:
 
 def tetrahedra(path: str, choice: Choice) -> tuple[TetrahedralGrid, tuple[str, ...]]:
     """Return the field of a file on tetrahedra, and notes."""
-    document = document_of(path, "UnstructuredGrid")
-    pieces = [_piece(each) for each in document.data.findall("Piece")]
+    pieces = [_piece(document, each) for document in _documents(path) for each in document.data.findall("Piece")]
     pieces = [piece for piece in pieces if piece.cells and piece.points]
     if not pieces:
         raise FileFault("has no Piece with points and cells")
     name, at_points, notes = _chosen(pieces, choice)
-    points = [_points(document, piece) for piece in pieces]
+    points = [_points(piece) for piece in pieces]
     begin, place, cells = 0, 0, []
     for piece in pieces:
-        cells += _cells(document, piece, begin, place)
+        cells += _cells(piece, begin, place)
         begin, place = begin + piece.points, place + piece.cells
-    values = _joined([_values(document, piece, name, at_points) for piece in pieces], name)
+    values = _joined([_values(piece, name, at_points) for piece in pieces], name)
     if at_points and not choice.labels:
-        values, more = _without_hidden(document, pieces, values)
+        values, more = _without_hidden(pieces, values)
         notes += more
     whole = np.concatenate(points)
     # Pieces have points of their own at common faces: points at one position are one for the choice of diagonals.
@@ -70,14 +72,30 @@ def tetrahedra(path: str, choice: Choice) -> tuple[TetrahedralGrid, tuple[str, .
     return grid, (*notes, *about)
 
 
-def _piece(element: Element) -> _Piece:
+def _documents(path: str) -> list[Document]:
+    """Return the XML of a file, or that of all parts of a PVTU file."""
+    with open(path, "rb") as file:
+        is_parallel = re.search(rb"type\s*=\s*[\"']PUnstructuredGrid", file.read(4096)) is not None
+    if not is_parallel:
+        return [document_of(path, "UnstructuredGrid")]
+    names = [each.get("Source", "") for each in document_of(path, "PUnstructuredGrid").data.findall("Piece")]
+    found = []
+    for name in names:
+        part = os.path.join(os.path.dirname(path), name)
+        if not name or "\0" in name or not os.path.isfile(part):
+            raise FileFault(f"its part {name!r} is no file")
+        found.append(document_of(part, "UnstructuredGrid"))
+    return found
+
+
+def _piece(document: Document, element: Element) -> _Piece:
     sizes = []
     for name in ("NumberOfPoints", "NumberOfCells"):
         text = element.get(name, "")
         if not text.strip().isdigit() or len(text) > 18:
             raise FileFault(f"{name} of a piece must be a whole number, got {text[:40]!r}")
         sizes.append(int(text))
-    return _Piece(element, *sizes)
+    return _Piece(document, element, *sizes)
 
 
 def _chosen(pieces: Sequence[_Piece], choice: Choice) -> tuple[str, bool, tuple[str, ...]]:
@@ -100,11 +118,12 @@ def _array(piece: _Piece, kind: str, name: str) -> Element | None:
     return next((each for each in piece.element.findall(f"{kind}/DataArray") if each.get("Name", "") == name), None)
 
 
-def _values(document: Document, piece: _Piece, name: str, at_points: bool) -> NDArray:
+def _values(piece: _Piece, name: str, at_points: bool) -> NDArray:
     array = _array(piece, "PointData" if at_points else "CellData", name)
     if array is None:
         raise FileFault(f"one of its pieces has no array {name}")
-    return document.array(array, [piece.points if at_points else piece.cells, document.type_of(array)[1]])
+    sizes = [piece.points if at_points else piece.cells, piece.document.type_of(array)[1]]
+    return piece.document.array(array, sizes)
 
 
 def _joined(parts: Sequence[NDArray], name: str) -> NDArray:
@@ -114,31 +133,31 @@ def _joined(parts: Sequence[NDArray], name: str) -> NDArray:
     return np.concatenate(parts).astype(parts[0].dtype.newbyteorder("="))
 
 
-def _points(document: Document, piece: _Piece) -> NDArray[np.float64]:
+def _points(piece: _Piece) -> NDArray[np.float64]:
     array = piece.element.find("Points/DataArray")
     if array is None:
         raise FileFault("a piece of it has no points")
     check_size([piece.points, 3], 8)
-    points = document.array(array, [piece.points, 3], "points").astype(np.float64)
+    points = piece.document.array(array, [piece.points, 3], "points").astype(np.float64)
     wrong = np.flatnonzero(~np.isfinite(points).all(axis=1))
     if wrong.size:
         raise FileFault(f"its point {wrong[0]} is not finite: {points[wrong[0]].tolist()}")
     return points
 
 
-def _cells(document: Document, piece: _Piece, begin: int, place: int) -> list[Cells]:
+def _cells(piece: _Piece, begin: int, place: int) -> list[Cells]:
     """Return the cells of a piece by kind; `begin` and `place` are its first point and cell in the whole."""
-    kinds = _numbers(document, piece, "types", piece.cells)
-    ends = _numbers(document, piece, "offsets", piece.cells)
+    kinds = _numbers(piece, "types", piece.cells)
+    ends = _numbers(piece, "offsets", piece.cells)
     sizes = np.diff(ends, prepend=0)
     if (sizes < 0).any():
         raise FileFault(f"the offsets of its cells must not decrease, got {ends[np.argmax(sizes < 0)]}")
     used = int(ends[-1])
-    corners = _numbers(document, piece, "connectivity", used) if used else np.empty(0, np.intp)
+    corners = _numbers(piece, "connectivity", used) if used else np.empty(0, np.intp)
     if used and (corners.min() < 0 or corners.max() >= piece.points):
         wrong = corners.min() if corners.min() < 0 else corners.max()
         raise FileFault(f"a cell must have corners 0 to {piece.points - 1}, got {wrong}")
-    shown = _shown(document, piece)
+    shown = _shown(piece)
     found = []
     for number in np.unique(kinds).tolist():
         places = np.flatnonzero((kinds == number) & shown)
@@ -167,31 +186,31 @@ def _kind_of(number: int) -> str | None:
     return kind
 
 
-def _numbers(document: Document, piece: _Piece, name: str, count: int) -> NDArray[np.intp]:
+def _numbers(piece: _Piece, name: str, count: int) -> NDArray[np.intp]:
     """Return whole numbers that tell of the cells."""
     array = _array(piece, "Cells", name)
     if array is None:
         raise FileFault(f"the cells of a piece have no {name}")
-    if document.type_of(array)[0].kind not in "iu":
+    if piece.document.type_of(array)[0].kind not in "iu":
         raise FileFault(f"the {name} of its cells must be whole numbers, got {array.get('type')}")
-    return document.array(array, [count, 1], name)[:, 0].astype(np.intp)
+    return piece.document.array(array, [count, 1], name)[:, 0].astype(np.intp)
 
 
-def _shown(document: Document, piece: _Piece) -> NDArray[np.bool_]:
+def _shown(piece: _Piece) -> NDArray[np.bool_]:
     array = _array(piece, "CellData", _GHOSTS)
     if array is None:
         return np.ones(piece.cells, np.bool_)
-    return (document.array(array, [piece.cells, 1], _GHOSTS)[:, 0].astype(np.uint8) & _LEFT_OUT) == 0
+    return (piece.document.array(array, [piece.cells, 1], _GHOSTS)[:, 0].astype(np.uint8) & _LEFT_OUT) == 0
 
 
-def _without_hidden(document: Document, pieces: Sequence[_Piece], values: NDArray) -> tuple[NDArray, tuple[str, ...]]:
+def _without_hidden(pieces: Sequence[_Piece], values: NDArray) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without those of hidden points, and a note."""
     ghosts = [_array(piece, "PointData", _GHOSTS) for piece in pieces]
     if all(array is None for array in ghosts):
         return values, ()
     hidden = np.concatenate([
         np.zeros(piece.points, np.bool_) if array is None
-        else (document.array(array, [piece.points, 1], _GHOSTS)[:, 0].astype(np.uint8) & _HIDDEN_POINT) != 0
+        else (piece.document.array(array, [piece.points, 1], _GHOSTS)[:, 0].astype(np.uint8) & _HIDDEN_POINT) != 0
         for piece, array in zip(pieces, ghosts, strict=True)
     ])  # fmt: skip
     marked, count = without_where(values.T, lambda *_: hidden)
