@@ -157,7 +157,7 @@ def test_marching_does_not_stumble_over_the_faces_of_the_box(classification: str
     """Where a step crosses the face of a medium both halves of its samples are off alike."""
     volume = Volume(np.random.default_rng(0).random((12, 10, 8)).astype(np.float32))
     medium = TransferFunction([0, 1], [(0.1, 0.2, 0.9), (1, 0.9, 0.5)], [0, 0.3])
-    scene = Scene(volume, medium, Camera.framing(volume), classification=classification)
+    scene = Scene(volume, medium, classification=classification)  # type: ignore[arg-type]
     pixels = chosen_pixels(SIZE, 40)
     found, off = march_pixels(scene.completed(SIZE), SIZE, pixels)
     errors = np.abs(found - raycast_pixels(scene, SIZE, pixels)).max(axis=1)
