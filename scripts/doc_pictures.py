@@ -98,7 +98,7 @@ def main() -> int:
     parser.add_argument(
         "--only",
         metavar="PAGE,PAGE",
-        help="pages by name, thumbnails, slabs, layers, walks, screenshot; all unless told",
+        help="pages by name, thumbnails, slabs, slicing, layers, walks, ambiguous, screenshot; all unless told",
     )
     only = parser.parse_args().only
     pages = {path.stem: path for path in [DOCS.parents[1] / "README.md", *sorted(DOCS.glob("*.md"))]}

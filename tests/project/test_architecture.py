@@ -34,7 +34,7 @@ TOP = {"__init__.py", "__main__.py", "py.typed", *ORDER, "docs"}  # docs/ has pa
 HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
     *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "zarr"),
-    *("trimesh", "skimage", "pywt"),
+    *("trimesh", "skimage", "meshio", "h5py", "pywt"),
 }
 
 

@@ -150,7 +150,7 @@ class Difference:
     """Error of a resampling at the source's samples, accumulated part by part."""
 
     def __init__(self) -> None:
-        self._largest = self._mean_square = 0.0
+        self._largest = self._rms = 0.0
         self._compared = self._lost = self._filled = 0
         self._low, self._high = np.inf, -np.inf
 
@@ -167,16 +167,17 @@ class Difference:
             errors = np.abs(source[both].astype(np.float64) - field[both])
             self._compared += errors.size
             self._largest = max(self._largest, float(errors.max()))
-            # Divided before it is squared: squares of values near 1e200 would be infinite.
+            # Divided before it is squared, and never kept as a square: those of values near 1e200 would be infinite.
             scale = float(errors.max()) or 1.0
-            mean = float(((errors / scale) ** 2).mean()) * scale**2
-            self._mean_square += (mean - self._mean_square) * (errors.size / self._compared)
+            rms = float(np.sqrt(((errors / scale) ** 2).mean())) * scale
+            weight = errors.size / self._compared
+            self._rms = float(np.hypot(self._rms * np.sqrt(1 - weight), rms * np.sqrt(weight)))
 
     def metadata(self) -> dict[str, Any]:
         """Return the error in data units and as a fraction of the source's range, and the numbers of samples."""
         extent = self._high - self._low
         is_known = self._compared > 0
-        largest, rms = self._largest, float(np.sqrt(self._mean_square))
+        largest, rms = self._largest, self._rms
         return {
             "max_error": largest if is_known else None,
             "rms_error": rms if is_known else None,
