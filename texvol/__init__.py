@@ -15,13 +15,15 @@ if TYPE_CHECKING:
     from texvol.annotation import Annotation
     from texvol.comparison import Difference, compare
     from texvol.formats.readers import TimeSeries, load, load_tetrahedra
-    from texvol.ray_casting import raycast
+    from texvol.ray_casting import raycast, raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
     from texvol.scene.added_volume import AddedVolume
     from texvol.scene.camera import Camera
     from texvol.scene.cutting import ClipPlane
+    from texvol.scene.depth_picture import DepthPicture
     from texvol.scene.gradient import Estimator
+    from texvol.scene.isosurfaces import Isosurface
     from texvol.scene.lighting import DepthCue, Light, Lighting
     from texvol.scene.mask import Mask
     from texvol.scene.scene import Scene
@@ -38,9 +40,11 @@ _MODULES = {
     "ClipPlane": "scene.cutting",
     "ContextError": "util.errors",
     "DepthCue": "scene.lighting",
+    "DepthPicture": "scene.depth_picture",
     "Difference": "comparison",
     "Estimator": "scene.gradient",
     "InputError": "util.errors",
+    "Isosurface": "scene.isosurfaces",
     "Light": "scene.lighting",
     "Lighting": "scene.lighting",
     "Mask": "scene.mask",
@@ -56,6 +60,7 @@ _MODULES = {
     "load": "formats.readers",
     "load_tetrahedra": "formats.readers",
     "raycast": "ray_casting",
+    "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "rendering.renderer",
 }
@@ -67,9 +72,11 @@ __all__ = [
     "ClipPlane",
     "ContextError",
     "DepthCue",
+    "DepthPicture",
     "Difference",
     "Estimator",
     "InputError",
+    "Isosurface",
     "Light",
     "Lighting",
     "Mask",
@@ -87,6 +94,7 @@ __all__ = [
     "load",
     "load_tetrahedra",
     "raycast",
+    "raycast_progressively",
     "raycast_tetrahedra",
     "render",
 ]

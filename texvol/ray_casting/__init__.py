@@ -13,7 +13,8 @@ Behind `raycast` stand
 - `lit`: light, shadows, depth cue, and media that depend on the gradient: a ray is cut wherever the integrand has a
   kink (`cuts`), and each smooth interval in between is halved until its parts agree with the whole (`collocation`),
 - `several`: volumes that overlap, masks, labels and colours of samples,
-- `projection`: X-ray, average, highest and lowest value, isosurface,
+- `projection`: X-ray, average, highest and lowest value, isosurfaces,
+- `tetrahedra`: linear fields on unstructured grids, without resampling,
 - `surfaces`: meshes and lines,
 - `common`: the walk from cell to cell that all of them share, and their polynomials.
 
