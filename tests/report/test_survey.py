@@ -179,6 +179,7 @@ def test_another_mode_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_an_interrupted_run_leaves_nothing(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", smooth_volume(32).values)
     line = [sys.executable, "-m", "texvol", "methods", str(tmp_path / "v.npy"), "-o", str(tmp_path / "out")]
+    line += ["--size", "64x48"]
     with subprocess.Popen(line, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         for said in process.stderr:
