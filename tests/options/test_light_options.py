@@ -384,7 +384,7 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
         "camera:": "projection eye target up fov height",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
         "cutting:": "clip crop caps",
-        "geometry:": "mesh",
+        "geometry:": "mesh depth-in",
         "annotation:": "annotate title value-name font",
         "projection mode:": "mode isovalue air window coloring",
     }

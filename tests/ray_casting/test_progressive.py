@@ -103,7 +103,7 @@ def test_the_command_writes_the_very_picture(tmp_path: Path, monkeypatch: pytest
 
 def test_an_interruption_keeps_the_last_whole_picture(tmp_path: Path) -> None:
     np.save(tmp_path / "v.npy", random_volume(1, (40, 40, 40)).values)
-    line = [sys.executable, "-m", "texvol", "raycast", "v.npy", "-o", "a.exr", "--size", "1500x1500", "--progressive"]
+    line = [sys.executable, "-m", "texvol", "raycast", "v.npy", "-o", "a.exr", "--size", "1000x1000", "--progressive"]
     process = subprocess.Popen([*line, "--light", "head"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
     try:
         end = time.monotonic() + 300
@@ -115,6 +115,6 @@ def test_an_interruption_keeps_the_last_whole_picture(tmp_path: Path) -> None:
         process.kill()
     assert process.returncode == 130, said
     picture = read_picture(tmp_path / "a.exr")
-    assert picture.pixels.shape[:2] == (1500, 1500) and "texvol:scene" not in picture.attributes
+    assert picture.pixels.shape[:2] == (1000, 1000) and "texvol:scene" not in picture.attributes
     np.testing.assert_array_equal(picture.pixels[0::2, 0::2], picture.pixels[1::2, 1::2])
     assert os.listdir(tmp_path) and sorted(each.name for each in tmp_path.iterdir()) == ["a.exr", "v.npy"]

@@ -311,7 +311,7 @@ def test_colours_are_mixed_by_how_much_there_is_of_them(renderer: Renderer) -> N
 @pytest.mark.parametrize("more", [{"labels": True}, {"colors": np.zeros((3, 3, 3, 3))}])
 def test_labels_and_colours_are_of_matter(more: dict[str, Any]) -> None:
     volume = Volume(np.ones((3, 3, 3), np.uint8), **more)
-    with pytest.raises(InputError, match="volumes of colours or labels need mode composite, got mode xray"):
+    with pytest.raises(InputError, match="volumes of colours, labels or blocks need mode composite, got mode xray"):
         Scene(volume, mode="xray", classification="slab")
 
 
