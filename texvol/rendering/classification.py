@@ -1,8 +1,8 @@
 """Choice of `auto`: the slab texture wherever it is as good as needed and no dearer, else `post`.
 
 The slab texture is the source's method. Its whole error, of slabs and of the medium that it interpolates, is measured
-against the integral of `post`, in pictures of a sixteenth of the pixels; so is the error of `post` at the same
-thickness. `slab` is taken if
+against the integral of `post`, in pictures of a sixteenth of the pixels, at most 128 along a side; so is the error of
+`post` at the same thickness. `slab` is taken if
 
     rms(slab - E) <= max(1/255, 2 rms(post - E)),    E: post with four slabs in one
 
@@ -35,6 +35,7 @@ _FINER = 4  # slabs in one for what stands for the integral
 _OF_A_TEXEL, _OF_A_LIT_TEXEL = 1 / 30e6, 1 / 12e6
 _OF_A_LIT_SAMPLE = 5e-9  # that `post` takes longer for: it interpolates a gradient as well
 _UNNOTICED = 0.1
+_MOST_PIXELS = 128  # along a side; more would not change an rms error, and take time
 
 
 class ClassificationChooser:
@@ -83,7 +84,7 @@ class ClassificationChooser:
         cheap = [factor for factor, extra in seconds.items() if extra <= _UNNOTICED]
         if not cheap:
             return Classified("post", reason=f"texels of slab would take {seconds[1]:.1f} s longer")
-        small = smaller(size)
+        small = _small(size)
         try:
             fine = replace(settings, slab_thickness=settings.slab_thickness / _FINER)
             truth = self._draw_exactly(post, small, fine)
@@ -98,6 +99,13 @@ class ClassificationChooser:
             return Classified("slab", cheap[0], f"its error of {of_slab:.1e} rms is at most twice that of post")
         words = f"the error of slab, {of_slab:.1e} rms, is more than twice its {of_post:.1e} and 1/255"
         return Classified("post", reason=words)
+
+
+def _small(size: Size) -> Size:
+    """Return the size of the pictures that are compared."""
+    width, height = smaller(size)
+    shrink = min(1.0, _MOST_PIXELS / max(width, height))
+    return max(1, round(shrink * width)), max(1, round(shrink * height))
 
 
 def _obvious(scene: Scene, settings: Settings, asked: AskedOfModel) -> Classified | None:
