@@ -22,7 +22,7 @@ OF_KINDS = (
         *("scene", "volume:Volume.nearest"),
         *("return self.labels or self.blocks", "return self.labels"),
         "blocks are interpolated",
-        "test_blocks.py -k 'one_block'",
+        "test_blocks.py -k 'many_samples'",
     ),
     Mistake(
         *("formats", "magnitude:magnitudes"),
