@@ -44,13 +44,13 @@ def metadata(volume: Volume) -> dict[str, Any]:
     """
     corners = volume.corners_from_centre + volume.centre
     low, high, mean, counts = _summary(volume.values)
-    is_whole = volume.values.dtype.kind in "iu"
+    is_whole = volume.dtype.kind in "iu"
     percentiles, used = _percentiles(volume.values)
     edges, bins = _histogram(volume.values, low, high)
     return {
         "name": volume.name,
         "dimensions": list(volume.dimensions),
-        "type": volume.values.dtype.name,
+        "type": volume.dtype.name,
         "spacing": _numbers(volume.spacing),
         "unit": volume.unit,
         "value_unit": volume.value_unit,
@@ -66,7 +66,7 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "labels": _labels(volume),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
-        "samples": volume.values.size,
+        "samples": volume.size,
         **counts,
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),

@@ -16,7 +16,6 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -29,6 +28,7 @@ from texvol.slicing.bricks import Brick, Triple, cut, layered_size, texture_size
 from texvol.textures.slab_texture import SlabTexture
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import InputError
+from texvol.util.memory import free_memory
 
 MODERNGL_TYPES = {
     "rgba8": "f1",
@@ -262,7 +262,7 @@ def default_budget(context: Context) -> int:
 
 def _free(context: Context) -> int:
     if _is_software(context):
-        return _free_in_machine()
+        return free_memory()
     for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
         if extension in context.gl.extensions:
             kibibytes = context.integer(name)
@@ -273,26 +273,3 @@ def _free(context: Context) -> int:
 
 def _is_software(context: Context) -> bool:
     return any(name in context.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast"))
-
-
-def _free_in_machine() -> int:
-    """Bytes that Linux says are available, and no more than what the control group has left."""
-    free = [_UNKNOWN]
-    meminfo = _text("/proc/meminfo")
-    free += [int(line.split()[1]) << 10 for line in meminfo.splitlines() if line.startswith("MemAvailable:")]
-    known = free[1:]
-    for most, used in (
-        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
-        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
-    ):
-        limit, current = _text(most).strip(), _text(used).strip()
-        if limit.isdigit() and current.isdigit():
-            known.append(max(int(limit) - int(current), 64 << 20))
-    return min(known, default=_UNKNOWN)
-
-
-def _text(path: str) -> str:
-    try:
-        return Path(path).read_text()
-    except OSError:
-        return ""

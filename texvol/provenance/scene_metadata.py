@@ -118,7 +118,7 @@ def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dic
         spacing=volume.spacing,
         origin=volume.origin,
         direction=volume.direction,
-        type=volume.values.dtype.name,
+        type=volume.dtype.name,
         kind=kind_of(volume) or None,
         checksum=checksum_of(volume) if checksum else None,
         mask=drawn_mask,

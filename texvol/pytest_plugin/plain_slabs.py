@@ -168,7 +168,7 @@ class _Field:
 
 def _field_of(scene: CompleteScene, slab_thickness: float, texel_format: str) -> _Field:
     volume, medium = scene.volume, scene.medium
-    mask = np.ones(volume.values.shape) if scene.mask is None else scene.mask.array.astype(np.float64)
+    mask = np.ones(volume.shape) if scene.mask is None else scene.mask.array.astype(np.float64)
     if scene.classification in ("post", "integrated") and volume.colors is None:
         grid = np.stack([volume.values.astype(np.float64), mask], axis=3)
         return _Field(grid, medium, halves=scene.classification == "integrated")

@@ -132,7 +132,7 @@ def _factor(asked: AskedOfModel) -> int:
 
 def _extra_seconds(scene: CompleteScene, size: Size, settings: Settings, factor: int, views: int) -> float:
     """Estimate by how much longer all pictures take by `slab` than by `post`."""
-    texels = scene.volume.values.size * factor**3
+    texels = scene.volume.size * factor**3
     if not scene.needs_gradient:
         return texels * _OF_A_TEXEL
     baked = views if scene.lighting is not None and depends_on_eye(scene.lighting) else 1

@@ -147,14 +147,12 @@ class AskedOfModel:
             return [self.texture_refinement]
         most = _OF_BUDGET * budget / _BYTES
         return [1] + [
-            each
-            for each in REFINEMENTS[1:]
-            if not beyond_refinement(scene) and scene.volume.values.size * each**3 <= most
+            each for each in REFINEMENTS[1:] if not beyond_refinement(scene) and scene.volume.size * each**3 <= most
         ]
 
 
 def _check_room(scene: CompleteScene, factor: int, budget: int) -> None:
-    needed = scene.volume.values.size * factor**3 * _VALUE_BYTES
+    needed = scene.volume.size * factor**3 * _VALUE_BYTES
     if factor > 1 and not beyond_refinement(scene) and needed > budget:
         raise NoRoomError(
             f"texture refinement {factor} of this volume needs {needed / 1e6:.0f} MB for its values, got "

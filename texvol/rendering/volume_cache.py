@@ -121,7 +121,7 @@ class VolumeCache:
             return
         kept, budget = (self.textures, self.baked, self._recipe, self.empty_space, self._source), self._budget
         if most_bytes is not None:
-            samples = (self._source or self.baked.volume).values.size
+            samples = (self._source or self.baked.volume).size
             budget = min(budget, int(np.clip(2 * samples, most_bytes // 8, most_bytes)))
         self.textures = TextureStore(self._context, budget, self._watch)
         if self._source is not None:

@@ -122,7 +122,7 @@ def _volume_metadata(scene: Scene) -> list[tuple[str, str]]:
     kind = "labels" if volume.labels else "values" if volume.colors is None else "amounts of colour"
     metadata = [
         ("file", volume.name),
-        ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.values.dtype}"),
+        ("volume", f"{' × '.join(map(str, volume.dimensions))} samples of {volume.dtype}"),
         ("spacing", f"{' × '.join(f'{each:.5g}' for each in volume.spacing)} {volume.unit or 'world units'}"),
         (kind, f"{low:.6g} to {high:.6g}"),
         ("transfer function", f"{transfer_function.name}, {len(transfer_function.values)} points"),

@@ -64,7 +64,7 @@ def markdown_text(findings: Findings) -> str:
 
 
 def _samples(volume: Volume) -> str:
-    return f"{markdown(Path(volume.name).name)}, {'×'.join(map(str, volume.dimensions))} {volume.values.dtype}"
+    return f"{markdown(Path(volume.name).name)}, {'×'.join(map(str, volume.dimensions))} {volume.dtype}"
 
 
 def _cell(each: Measurement) -> str:

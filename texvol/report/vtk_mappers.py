@@ -163,7 +163,7 @@ def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float
 def _middle(volume: Volume) -> float:
     """Offset that is subtracted from the values, so that VTK's float32 keeps different values different."""
     low, high = volume.finite_range or (0.0, 0.0)
-    return 0.0 if volume.values.dtype.name in _SAME_TYPES else low / 2 + high / 2
+    return 0.0 if volume.dtype.name in _SAME_TYPES else low / 2 + high / 2
 
 
 def _vtk_points(transfer_function: TransferFunction, volume: Volume, unit: float) -> list[list[float]]:

@@ -72,7 +72,7 @@ def _spread_over_range(volume: Volume) -> bool:
     if volume.finite_range is None:
         return True
     low, high = volume.finite_range
-    step = max(volume.values.size // _SPREAD, 1) | 1  # odd, so that it is no multiple of most rows
+    step = max(volume.size // _SPREAD, 1) | 1  # odd, so that it is no multiple of most rows
     known = np.unique(finite(volume.values.reshape(-1)[::step]))
     if len(known) <= 2 * MOST:
         return False

@@ -106,7 +106,7 @@ class Mask(KeepsArrays):
 
     def check_fits(self, volume: Volume) -> None:
         """Raise InputError unless it has a weight for each sample of the volume."""
-        if self.array.shape != volume.values.shape:
+        if self.array.shape != volume.shape:
             mine, wanted = (" x ".join(map(str, each.shape[::-1])) for each in (self.array, volume.values))
             raise InputError(
                 f"{self.name}: a mask must have as many samples as its volume, got {mine} samples where {volume.name} "
@@ -116,7 +116,7 @@ class Mask(KeepsArrays):
 
 def _were_integers(volume: Volume) -> bool:
     """True if the values are integers, or were integers before missing samples made them floats."""
-    if volume.values.dtype.kind in "iu":
+    if volume.dtype.kind in "iu":
         return True
     if not volume.has_missing or volume.finite_range is None or volume.finite_range[1] <= 1:
         return False
@@ -140,7 +140,7 @@ def without_hidden(volume: Volume, mask: Mask) -> Volume:
 
 def _without(volume: Volume, mask: Mask) -> Volume:
     # float32 holds every integer of 16 bits.
-    wide = volume.values.dtype.itemsize > 2 and volume.values.dtype != np.float32
+    wide = volume.dtype.itemsize > 2 and volume.dtype != np.float32
     values = volume.values.astype(np.float64 if wide else np.float32)
     values[mask.hidden] = np.nan
     left = copy(volume)

@@ -14,7 +14,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from copy import copy
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +23,16 @@ from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
 LARGEST_LABEL = 1 << 24
-_OF_THE_BOX = ("box_corner", "box_edges", "centre", "corners_from_centre", "radius")
+# What is worked out of where the samples lie.
+OF_PLACE = (
+    "world_from_index",
+    "index_from_world",
+    "box_corner",
+    "box_edges",
+    "centre",
+    "corners_from_centre",
+    "radius",
+)
 
 
 class Volume(KeepsArrays):
@@ -91,16 +100,10 @@ class Volume(KeepsArrays):
         colors: ArrayLike | None = None,
     ) -> None:
         self.name = name
-        self.source = dict(source or {})
         self.resampling = None if resampling is None else dict(resampling)
-        self.notes = tuple(notes)
-        self.unit = unit
-        self.value_unit = value_unit
-        self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
         self.values = read_only(_real_samples(values, name))
-        self.spacing = _positive(_triple(spacing, "spacing", name), name)
-        self.origin = _triple(origin, "origin", name)
-        self.direction = _regular_matrix(np.eye(3) if direction is None else direction, name)
+        self._place(spacing, origin, direction)
+        self._describe(unit, value_unit, space, source, notes)
         self.labels, self.blocks = labels, blocks
         self.colors = None if colors is None else _sample_colors(colors, self.values, name)
         if labels:
@@ -110,7 +113,19 @@ class Volume(KeepsArrays):
         # Of a file nobody else has the samples.
         self._unchanged = Unchanged(*() if source else ((self.values, values), (self.colors, colors)))
 
-    def moved(self, matrix: ArrayLike) -> Volume:
+    def _place(self, spacing: Sequence[float], origin: Sequence[float], direction: ArrayLike | None) -> None:
+        self.spacing = _positive(_triple(spacing, "spacing", self.name), self.name)
+        self.origin = _triple(origin, "origin", self.name)
+        self.direction = _regular_matrix(np.eye(3) if direction is None else direction, self.name)
+
+    def _describe(
+        self, unit: str, value_unit: str, space: str, source: Mapping[str, Any] | None, notes: Sequence[str]
+    ) -> None:
+        self.unit, self.value_unit = unit, value_unit
+        self.space = self.own_space = space  # the latter stays what the file says, see `spaces.turned`
+        self.source, self.notes = dict(source or {}), tuple(notes)
+
+    def moved(self, matrix: ArrayLike) -> Self:
         """Return the volume moved by `matrix`, shape (4, 4), from old to new world coordinates.
 
         Raises
@@ -133,7 +148,7 @@ class Volume(KeepsArrays):
             origin = numbers[:3, :3] @ self.origin + numbers[:3, 3]
         _regular_matrix(direction, name)
         other = copy(self)
-        for derived in ("world_from_index", "index_from_world", *_OF_THE_BOX):
+        for derived in OF_PLACE:
             other.__dict__.pop(derived, None)
         other.spacing, other.direction = _positive(spacing, name), direction
         other.origin = _triple(origin, "origin", name)
@@ -154,10 +169,32 @@ class Volume(KeepsArrays):
         return self.labels or self.blocks
 
     @property
+    def shape(self) -> tuple[int, int, int]:
+        """Numbers of samples (nz, ny, nx)."""
+        nz, ny, nx = self.values.shape
+        return nz, ny, nx
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the samples."""
+        return self.values.dtype
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        nz, ny, nx = self.shape
+        return nz * ny * nx
+
+    @property
     def dimensions(self) -> tuple[int, int, int]:
         """Numbers of samples (nx, ny, nz)."""
-        nz, ny, nx = self.values.shape
+        nz, ny, nx = self.shape
         return nx, ny, nz
+
+    @property
+    def overview(self) -> Volume:
+        """Volume in memory in whose values one looks for what is there: itself, or a coarser one of a `LargeVolume`."""
+        return self
 
     @cached_property
     def world_from_index(self) -> NDArray[np.float64]:
@@ -227,9 +264,7 @@ class Volume(KeepsArrays):
 
     def __repr__(self) -> str:
         nx, ny, nz = self.dimensions
-        return (
-            f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.values.dtype}, spacing {_text(self.spacing)} {self.unit})"
-        )
+        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)} {self.unit})"
 
 
 def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:

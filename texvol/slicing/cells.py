@@ -47,7 +47,7 @@ class Cells:
     @classmethod
     def of(cls, volume: Volume) -> Cells:
         """The cells of a volume: two passes over its values."""
-        cell = max(CELL, int(np.ceil((volume.values.size / _MOST_CELLS) ** (1 / 3))))
+        cell = max(CELL, int(np.ceil((volume.size / _MOST_CELLS) ** (1 / 3))))
         nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
         size = (nx, ny, nz)
         lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)

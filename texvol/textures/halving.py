@@ -132,7 +132,7 @@ def halved(volume: Volume, axes: Axes) -> Volume:
 
 
 def _axes_to_halve(volume: Volume, slab_thickness: float) -> Axes:
-    if volume.values.size < LEAST_SAMPLES:
+    if volume.size < LEAST_SAMPLES:
         return ()
     # Rounding must not tell a sampling rate of 1/8 from a thickness of 8 spacings.
     enough = slab_thickness * (1 + 1e-9) >= SAMPLES_APART * volume.spacing

@@ -37,7 +37,7 @@ def chosen_refinement(scene: CompleteScene, slab_thickness: float, most_bytes: f
     if beyond_refinement(scene):
         return 1
     room = min(most_bytes / _BYTES, _SECONDS * _TEXELS_PER_SECOND)
-    possible = [each for each in REFINEMENTS if each == 1 or volume.values.size * each**3 <= room]
+    possible = [each for each in REFINEMENTS if each == 1 or volume.size * each**3 <= room]
     if possible == [1]:
         return 1
     of_slabs = discretisation_per_voxel(volume, scene.medium, scene.classification, slab_thickness)

@@ -86,7 +86,7 @@ def _slopes_at(scene: Scene, box: Box, is_shown: NDArray[np.bool_]) -> tuple[Num
 
     Both of shape (3, n). Gradients are made no farther around than something shows.
     """
-    shape = scene.volume.values.shape
+    shape = scene.volume.shape
     starts = [part.indices(count)[0] for part, count in zip(box, shape, strict=True)]
     ends = []
     for axis in range(3):

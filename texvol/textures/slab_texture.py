@@ -80,7 +80,7 @@ class SlabTexture:
             if self.hidden is not None:
                 texels[self.hidden[box]] = 0
             return texels
-        z, y, x = (range(*part.indices(count)) for part, count in zip(box, self.volume.values.shape, strict=True))
+        z, y, x = (range(*part.indices(count)) for part, count in zip(box, self.volume.shape, strict=True))
         texels = np.zeros((len(z), len(y), len(x), 4), TEXEL_TYPES[self.texel_format])
         in_threads(partial(self._fill, self.samples, texels, (z, y, x)), _parts(*texels.shape[:3]))
         return texels

@@ -53,7 +53,7 @@ def cheapest_texel_format(
     discretisation = _discretisation(texels, classification, slab_thickness / volume.smallest_spacing)
     scale = texels.max(axis=(0, 1))
     scale[:3] = scale[:3].max()
-    is_large = float(volume.values.size) * 16 > _LARGE
+    is_large = float(volume.size) * 16 > _LARGE
     for texel_format in ("rgba8", "rgba16f"):
         rounding = _rounded(middle, scale, texel_format) - middle
         if _hides(rounding, discretisation, volume) or (is_large and _is_invisible(rounding, volume)):

@@ -247,7 +247,7 @@ def _bulk(volume: Volume) -> tuple[float, float]:
 
 def _usual_storage(volume: Volume, features: Features) -> Storage | None:
     """Storage as the type suggests, whatever is drawn; None where float32 has no room for the values as they are."""
-    dtype = volume.values.dtype
+    dtype = volume.dtype
     if dtype in INTEGERS:
         low, high = float(np.iinfo(dtype).min), float(np.iinfo(dtype).max)
         return features.storage("r16", low, high - low)

@@ -115,7 +115,7 @@ class ValueTexture:
     @property
     def steps(self) -> tuple[float, float] | None:
         """The first of the values that texels can hold, and how far apart they are; None where they hold them all."""
-        rounds = self.texel_format in ("r16", "rgba16") and self.volume.values.dtype.itemsize > 2
+        rounds = self.texel_format in ("r16", "rgba16") and self.volume.dtype.itemsize > 2
         return (self.storage.offset, self.storage.scale / 65535) if rounds else None
 
     @property
@@ -279,7 +279,7 @@ def bake_values(
     kind, largest = storage.texel_format, 0.0
     if estimator is not None:
         largest = known_largest_component(volume, estimator) or 1.0
-        fine = features.finest < largest / _MOST_GRADIENTS and volume.values.dtype.itemsize > 1
+        fine = features.finest < largest / _MOST_GRADIENTS and volume.dtype.itemsize > 1
         kind = "rgba16" if kind == "r16" and texel_format not in ("rgba32f", REFERENCE) and not fine else "rgba32f"
         largest = _gradient_scale(largest, features.finest) if kind == "rgba32f" else largest
     unit = volume.smallest_spacing
@@ -314,7 +314,7 @@ def known_largest_component(volume: Volume, estimator: Estimator) -> float:
 
 def span_in_16_bits(volume: Volume) -> float | None:
     """The range of values of more than 16 bits that could be stored in those; None where there is none."""
-    if volume.values.dtype.itemsize <= 2 or volume.has_missing or volume.value_range != volume.finite_range:
+    if volume.dtype.itemsize <= 2 or volume.has_missing or volume.value_range != volume.finite_range:
         return None
     low, high = volume.finite_range or (0.0, 0.0)
     return high - low if 0 < high - low < np.inf else None

@@ -49,7 +49,7 @@ def histogram_of(volume: Volume) -> Histogram:
     low, high = max(low, -_LARGEST), min(high, _LARGEST)
     if not low < high:  # all values exceed _LARGEST
         low, high = -0.5, 0.5
-    step = int(np.ceil((volume.values.size / _MOST_SAMPLES) ** (1 / 3)))
+    step = int(np.ceil((volume.size / _MOST_SAMPLES) ** (1 / 3)))
     values = volume.values[::step, ::step, ::step].ravel()
     bins = _BINS
     if values.dtype.kind in "iu" and high - low < _BINS:

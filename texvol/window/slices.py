@@ -166,7 +166,7 @@ def painted(values: NDArray, medium: TransferFunction) -> NDArray[np.uint8]:
 
 def typical_window(volume: Volume) -> tuple[float, float]:
     """Return the centre and width of a window from the 1st to the 99.5th percentile of the values."""
-    step = max(1, round((volume.values.size / 1e5) ** (1 / 3)))
+    step = max(1, round((volume.size / 1e5) ** (1 / 3)))
     values = volume.values[::step, ::step, ::step].astype(np.float64)
     values = values[np.isfinite(values)]
     if not values.size:

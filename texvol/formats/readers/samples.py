@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from math import prod
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from texvol.util.memory import free_memory
 
 T = TypeVar("T")
 
@@ -89,7 +90,7 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
     if any(size < 1 for size in sizes):
         raise FileFault(f"every dimension must be positive, got {by(sizes)}")
     needed = prod(sizes) * item_bytes
-    available = available_memory()
+    available = free_memory()
     if needed > available:
         room = in_bytes(available)
         raise FileFault(f"{by(sizes)} samples need {in_bytes(needed)} of memory, and this machine has {room}")
@@ -103,19 +104,6 @@ def check_unpacked(needed: int, packed: int) -> None:
             f"holds {in_bytes(packed)}, but its header's dimensions need {in_bytes(needed)}: more than {_BEST_PACKING} "
             "times the compressed size is not unpacked"
         )
-
-
-def available_memory() -> int:
-    """Return the bytes of available memory, within the limit of the control group if there is one."""
-    available = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    try:
-        with open("/proc/meminfo", encoding="ascii") as lines:
-            available = next(int(line.split()[1]) * 1024 for line in lines if line.startswith("MemAvailable"))
-        with open("/sys/fs/cgroup/memory.max", encoding="ascii") as limit:
-            available = min(available, int(limit.read()))
-    except (OSError, ValueError, StopIteration):
-        pass  # no such file, or "max": the machine's memory is the limit
-    return available
 
 
 def native(values: NDArray) -> NDArray:

@@ -93,7 +93,7 @@ def field_of(volume: Volume, value: float) -> Field:
     """Return the field of a volume, relative to a value within its range."""
     low, high = volume.finite_range or (value, value)
     scale = max(high - value, value - low) or 1.0
-    above = np.empty(volume.values.shape, np.float32)
+    above = np.empty(volume.shape, np.float32)
     for layer, slot in zip(volume.values, above, strict=True):  # by layers: no float64 of all at once
         slot[...] = np.clip((layer.astype(np.float64) - value) / scale, -INFINITE, INFINITE)
     missing = np.isnan(above)

@@ -115,7 +115,7 @@ class _Field:
         self.dtype = _work_type(volume)
         largest = float(np.finfo(self.dtype).max)
         # Halfway to the largest number a difference would be infinite: such values are counted in larger units.
-        low, high = (volume.value_range or (0.0, 0.0)) if volume.values.dtype.kind == "f" else (0.0, 0.0)
+        low, high = (volume.value_range or (0.0, 0.0)) if volume.dtype.kind == "f" else (0.0, 0.0)
         self._scale = _HEADROOM if max(-low, high) > largest * _HEADROOM else 1.0
         # Not by way of index_from_world: the ratio of spacings has no unit, and is 1 where they are equal.
         matrix = np.linalg.inv(volume.direction) * (volume.smallest_spacing / volume.spacing)[:, np.newaxis]
@@ -149,7 +149,7 @@ class _Field:
 
 def _work_type(volume: Volume) -> np.dtype:
     """float32 where it holds every value of the volume, float64 elsewhere."""
-    dtype = np.dtype(np.uint8) if volume.labels else volume.values.dtype
+    dtype = np.dtype(np.uint8) if volume.labels else volume.dtype
     if dtype.kind in "iu" and dtype.itemsize > 2:
         low, high = volume.value_range or (0.0, 0.0)
         return np.dtype(np.float32 if max(-low, high) <= 2**24 else np.float64)
@@ -157,7 +157,7 @@ def _work_type(volume: Volume) -> np.dtype:
 
 
 def _intervals(volume: Volume, box: Box) -> tuple[_Interval, ...]:
-    ends = (part.indices(count)[:2] for part, count in zip(box, volume.values.shape, strict=True))
+    ends = (part.indices(count)[:2] for part, count in zip(box, volume.shape, strict=True))
     return tuple((start, max(start, stop)) for start, stop in ends)
 
 

@@ -202,7 +202,7 @@ def _content_of_materials(rows: Sequence[tuple[str, _Ramp, Triple, float]], valu
 
 def _content_of_table(volume: Volume) -> dict[str, Any]:
     """Table 5-1 as a file has it; the range of values that are not of 8 bits stands for 0 to 255."""
-    in_bytes = volume.values.dtype == np.uint8
+    in_bytes = volume.dtype == np.uint8
     materials = []
     for name, first, behind, color, opacity in _TABLE_5_1:
         ends = {"from": first, "to": behind} if behind else {"from": first}

@@ -50,7 +50,7 @@ def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     imgui.text_unformatted(f"{number + 1}: " * several + volume_called(volume, _LETTERS))
     imgui.set_item_tooltip(str(volume.source.get("absolute", volume.name)))
     size = " x ".join(map(str, volume.dimensions))
-    imgui.text_disabled(f"{size} {volume.values.dtype}" + (f", {volume.unit}" if volume.unit else ""))
+    imgui.text_disabled(f"{size} {volume.dtype}" + (f", {volume.unit}" if volume.unit else ""))
     _mask(desk, scene, volume, number)
     if several and imgui.button("transfer function"):
         desk.panel_state["volume"] = number

@@ -23,7 +23,7 @@ def show(desk: Desk) -> None:
     imgui.separator_text("Scene")
     volume = document.scene.volume
     imgui.text_wrapped(volume_called(volume))
-    size = " x ".join(map(str, volume.dimensions)) + f" {volume.values.dtype}"
+    size = " x ".join(map(str, volume.dimensions)) + f" {volume.dtype}"
     further = len(document.scene.added)
     imgui.text_disabled(size + (f", and {further} more" if further else ""))
     imgui.text_disabled("unsaved changes" if document.unsaved else " ")

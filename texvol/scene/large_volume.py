@@ -1,0 +1,265 @@
+"""A LargeVolume is a Volume whose samples stay in a store until they are asked for, at several levels of resolution.
+
+Sample (i, j, k) of a level lies at index
+
+    first + factor * (i, j, k)
+
+of level 0, the finest, along each of x, y, z. Halved by plain averages a level has the factor 2 and its first sample at
+1/2. The box is that of level 0; what a level lacks of it, or has beyond, is cut off or continued by its last samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.scene.volume import OF_PLACE, Volume
+from texvol.util.errors import InputError
+from texvol.util.kept_arrays import Unchanged
+from texvol.util.memory import free_memory
+
+Triple = tuple[int, int, int]
+Box = tuple[slice, slice, slice]  # of samples, along z, y, x
+_LOOKED_AT = 1 << 24  # samples of the coarsest level that are read to know the range of values
+
+
+class SampleSource(Protocol):
+    """Samples of one level in a store; methods may be called by several threads at once."""
+
+    @property
+    def shape(self) -> Triple:
+        """Numbers of samples (nz, ny, nx)."""
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the samples: real, of at most 64 bits, in native byte order."""
+
+    @property
+    def chunk_shape(self) -> Triple:
+        """Numbers of samples (z, y, x) that are decoded at once."""
+
+    @property
+    def bytes_read(self) -> int:
+        """Bytes that have been read from the store so far, as they are stored."""
+
+    def read(self, box: Box) -> NDArray:
+        """Return the samples of a box, whose slices have ends within the shape and no step.
+
+        Raises
+        ------
+        InputError
+            If a chunk cannot be read; the message names it.
+        """
+
+
+@dataclass(frozen=True)
+class ChunkStatistics:
+    """Least and largest value and variance of each box of `chunk_shape` samples (z, y, x), NaN aside.
+
+    Arrays of shape (cz, cy, cx), float64; NaN where every sample is NaN. `lowest_around` and `highest_around` are those
+    of the box and the next sample beyond it on every side, between which all interpolated values in it lie.
+    """
+
+    chunk_shape: Triple
+    minimum: NDArray[np.float64]
+    maximum: NDArray[np.float64]
+    variance: NDArray[np.float64]
+    lowest_around: NDArray[np.float64]
+    highest_around: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Level:
+    """Samples of a volume at one resolution."""
+
+    source: SampleSource
+    factor: tuple[float, float, float] = (1.0, 1.0, 1.0)  # samples of level 0 for one of its own, along x, y, z
+    first: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where its sample (0, 0, 0) lies, in indices of level 0
+    statistics: ChunkStatistics | None = None
+
+    @property
+    def bytes(self) -> int:
+        """Bytes of all its samples in memory."""
+        return int(np.prod(self.source.shape, dtype=np.int64)) * self.source.dtype.itemsize
+
+
+class LargeVolume(Volume):
+    """Volume whose samples are read from a store when they are asked for.
+
+    It is a `Volume` in all that concerns its place in the world. `values` reads all samples of level 0, if they fit in
+    `memory`; pictures of its medium read the parts and levels that they show.
+
+    Parameters
+    ----------
+    levels : sequence of Level
+        Finest first.
+    spacing, origin, direction
+        Of level 0, as of `Volume`.
+    memory : int, optional
+        Bytes of samples that may be held in memory; half of what is free by default.
+    unit, value_unit, space, name, source, notes, labels
+        As of `Volume`.
+
+    Raises
+    ------
+    InputError
+        As `Volume`; or if there is no level.
+    """
+
+    def __init__(
+        self,
+        levels: Sequence[Level],
+        spacing: Sequence[float] = (1.0, 1.0, 1.0),
+        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        direction: ArrayLike | None = None,
+        *,
+        memory: int | None = None,
+        unit: str = "",
+        value_unit: str = "",
+        space: str = "",
+        name: str = "volume",
+        source: Mapping[str, Any] | None = None,
+        notes: Sequence[str] = (),
+        labels: bool = False,
+        blocks: bool = False,
+    ) -> None:
+        self.name, self.levels, self.resampling, self.colors = name, tuple(levels), None, None
+        if not self.levels:
+            raise InputError(f"{name}: a volume must have a level of samples, got none")
+        for level in self.levels:
+            _check_source(level.source, name)
+        self.memory = free_memory() // 2 if memory is None else memory
+        self.labels, self.blocks = labels, blocks
+        self._place(spacing, origin, direction)
+        self._describe(unit, value_unit, space, source, notes)
+        self._unchanged = Unchanged()
+
+    @cached_property
+    def values(self) -> NDArray:  # type: ignore[override]
+        """All samples of level 0, read when first asked for.
+
+        Raises
+        ------
+        InputError
+            If they take more than `memory`, or cannot be read.
+        """
+        if (needed := self.levels[0].bytes) > self.memory:
+            raise InputError(
+                f"{self.name}: needs all {needed / 1e9:.3g} GB of its samples at once, and memory has room for "
+                f"{self.memory / 1e9:.3g} GB: choose a coarser level by --level, or allow more by --memory"
+            )
+        return self.part(0, (0, 0, 0), self.dimensions).values
+
+    @property
+    def shape(self) -> Triple:
+        """Numbers of samples (nz, ny, nx) of level 0."""
+        return self.levels[0].source.shape
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Type of the samples."""
+        return self.levels[0].source.dtype
+
+    def part(self, level: int, first: Triple, last: Triple) -> Volume:
+        """Read the samples first … last - 1 of a level, along x, y, z, as a volume where they lie in the world."""
+        own = self.levels[level]
+        (x0, y0, z0), (x1, y1, z1) = first, last
+        start = np.array(own.first) + np.array(own.factor) * first
+        return Volume(
+            own.source.read((slice(z0, z1), slice(y0, y1), slice(x0, x1))),
+            (self.spacing * own.factor).tolist(),
+            (self.origin + self.world_from_index @ start).tolist(),
+            self.direction,
+            unit=self.unit,
+            value_unit=self.value_unit,
+            space=self.space,
+            name=self.name,
+            source=self.source,  # nobody else has the samples
+            labels=self.labels,
+            blocks=self.blocks,
+        )
+
+    def at_level(self, number: int) -> LargeVolume:
+        """Return the volume whose level 0 is one of the levels.
+
+        Raises
+        ------
+        InputError
+            If there is no such level.
+        """
+        if not 0 <= number < len(self.levels):
+            raise InputError(f"{self.name}: level must be from 0 to {len(self.levels) - 1}, got {number}")
+        if number == 0:
+            return self
+        base = self.levels[number]
+        factor, first = np.array(base.factor), np.array(base.first)
+        other = copy(self)
+        for derived in (*OF_PLACE, "overview", "values", "value_range", "has_missing", "finite_range"):
+            other.__dict__.pop(derived, None)
+        other.levels = tuple(
+            replace(
+                each,
+                factor=tuple((np.array(each.factor) / factor).tolist()),
+                first=tuple(((np.array(each.first) - first) / factor).tolist()),
+            )
+            for each in self.levels[number:]
+        )
+        other._place(
+            (self.spacing * factor).tolist(), (self.origin + self.world_from_index @ first).tolist(), self.direction
+        )
+        other.source = {**self.source, "level": number + self.source.get("level", 0)} if self.source else {}
+        return other
+
+    @cached_property
+    def overview(self) -> Volume:
+        """The finest level of at most 16 million samples, in memory; or that many of the middle of the coarsest."""
+        fitting = [n for n, level in enumerate(self.levels) if np.prod(level.source.shape, dtype=float) <= _LOOKED_AT]
+        number = fitting[0] if fitting else len(self.levels) - 1
+        dimensions = np.array(self.levels[number].source.shape[::-1])
+        most = dimensions.copy()
+        while np.prod(most, dtype=float) > _LOOKED_AT:
+            most[most.argmax()] = (most.max() + 1) // 2
+        first = (dimensions - most) // 2
+        return self.part(number, _triple_of(first), _triple_of(first + most))
+
+    @cached_property
+    def value_range(self) -> tuple[float, float] | None:
+        """Smallest and largest value: of all samples where the store tells them, else of `overview`."""
+        statistics = self.levels[0].statistics
+        if statistics is None:
+            return self.overview.value_range
+        if np.isnan(statistics.minimum).all():
+            return None
+        return float(np.nanmin(statistics.minimum)), float(np.nanmax(statistics.maximum))
+
+    @cached_property
+    def has_missing(self) -> bool:
+        """True if any sample that is known is NaN."""
+        return self.dtype.kind == "f" and self.overview.has_missing
+
+    @cached_property
+    def finite_range(self) -> tuple[float, float] | None:
+        """Smallest and largest finite value that is known."""
+        known = self.value_range
+        return known if known is None or np.isfinite(known).all() else self.overview.finite_range
+
+    def check_unchanged(self) -> None:
+        """Do nothing: a store's samples are nobody else's."""
+
+
+def _check_source(source: SampleSource, name: str) -> None:
+    if source.dtype.kind not in "iuf" or source.dtype.itemsize > 8:
+        raise InputError(f"{name}: values must be real numbers of at most 64 bits, got {source.dtype}")
+    if len(source.shape) != 3 or min(source.shape) < 1:
+        raise InputError(f"{name}: values must have 3 axes (z, y, x) of at least one sample, got shape {source.shape}")
+
+
+def _triple_of(numbers: NDArray[np.intp]) -> Triple:
+    x, y, z = (int(number) for number in numbers)
+    return x, y, z
