@@ -1,5 +1,7 @@
 // Empty-space skipping: the box is divided into cells, and each knows how far on all cells are as empty, or as full,
 // as itself.
+//
+// Switches: BRICKS: see brick.glsl.
 
 #include "ray.glsl"
 
@@ -7,6 +9,11 @@
 // come to. The first half along an axis is for rays that go up along it, the second half for those that go down.
 uniform usampler3D skips;
 flat uniform vec3 cells_per_box;
+#if BRICKS
+flat uniform vec3 first_cell;     // where the cells begin, counted from the box: those of a brick may be its own
+#else
+const vec3 first_cell = vec3(0.0);
+#endif
 
 // A ray through the cells, in coordinates that grow along it: where it goes downwards they are mirrored at 0.
 struct CellWalk {
@@ -24,7 +31,7 @@ struct CellWalk {
 CellWalk cell_walk(vec3 start, vec3 step) {
     vec3 sign = mix(vec3(-1.0), vec3(1.0), greaterThanEqual(step, vec3(0.0)));
     CellWalk walk;
-    walk.start = sign * start * cells_per_box;
+    walk.start = sign * (start * cells_per_box - first_cell);
     walk.direction = sign * step * cells_per_box;
     walk.depth_per_cell = 1.0 / max(walk.direction, vec3(1e-30));
     walk.depth_at_zero = -walk.start * walk.depth_per_cell;

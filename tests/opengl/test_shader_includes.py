@@ -79,7 +79,8 @@ SWITCHES: dict[str, list[Switches]] = {
     "seen.glsl": [
         each | {"PERSPECTIVE": either, "CUE": either} for each in [NO_LIGHT, *EVERY_LIGHT] for either in EITHER
     ],
-    "slab_runs.glsl": [WHOLE | each for each in product(SKIPS=EITHER, CLASSIFICATION=(0, 2, 3))],
+    "skip.glsl": product(BRICKS=EITHER),
+    "slab_runs.glsl": [WHOLE | each for each in product(SKIPS=EITHER, CLASSIFICATION=(0, 2, 3), BRICKS=EITHER)],
     "stack_walk.glsl": [seen | each for seen in VISIBLE for each in product(PERSPECTIVE=EITHER, BRICKS=EITHER)],
     "value_pieces.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "visible.glsl": VISIBLE,

@@ -311,4 +311,4 @@ def test_where_rays_end_soon_they_do_not_look_far(extinction: float, termination
     scene = Scene(volume, medium, Camera.framing(volume), classification="post")
     with Renderer() as renderer, patch("texvol.opengl.compositor.skip_uniforms", wraps=skip_uniforms) as asked:
         renderer.render(scene, SIZE, slab_thickness=1.0, early_termination=termination)
-    assert skip_uniforms(asked.call_args.args[0])["slabs_ahead"] == pytest.approx(expected)
+    assert skip_uniforms(*asked.call_args.args)["slabs_ahead"] == pytest.approx(expected)

@@ -80,7 +80,7 @@ class Compositor:
         units = drawn.samplers(brick) | drawing.interval
         uniforms = picture_uniforms(drawing, stacks) | volume_uniforms(drawing, drawn, brick)
         if drawn.skips is not None:
-            uniforms |= skip_uniforms(drawing)
+            uniforms |= skip_uniforms(drawing, brick)
         blending = "add" if drawing.count else drawing.projection.blending if drawing.projection else "under"
         name = "projection" if drawing.projection else "slab_stack"
         self.draw_polygons(name, single_switches(drawing, brick), stacks, units, uniforms, blending)

@@ -47,6 +47,7 @@ class DrawnVolume:
     visible_part: VisiblePart
     skips: moderngl.Texture3D | None = None  # distances to the next change of occupancy; None where no cell is empty
     cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)  # number of these cells along x, y, z
+    first_cell: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where they begin, in cells from the corner of the box
     lighting: Lighting | None = None  # on a medium that the shader classifies; other texels are lit when baked
     light_transmittance: moderngl.Texture3D | None = None  # from the nodes of the box to each light that casts shadows
 

@@ -65,6 +65,16 @@ class EmptySpace:
         """Number of cells, and of those that may show something."""
         return self._visible.size, int(self._visible.sum())
 
+    @property
+    def visible_box(self) -> NDArray[np.float64] | None:
+        """Low and high corner of all that may show, in fractions of the box, shape (2, 3); None: nothing shows."""
+        assert self._cells is not None, "nothing has been prepared"
+        positions = np.nonzero(self._visible)
+        if not positions[0].size:
+            return None
+        cells = np.array([[axis.min() for axis in positions], [axis.max() + 1 for axis in positions]])[:, ::-1]
+        return np.minimum(cells / np.array(self._cells.per_box), 1.0)
+
     def visible_part(self, brick: Brick) -> NDArray[np.float64] | None:
         """Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None: nothing shows."""
         if brick not in self._parts:

@@ -13,6 +13,7 @@ from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.uniforms import (
     NO_LIGHT,
     NOTHING_SPECIAL,
+    cell_uniforms,
     picture_switches,
     picture_uniforms,
     volume_switches,
@@ -43,8 +44,7 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
         own = volume_uniforms(drawing, drawn, brick)
         if drawn.volume.nearest:
             own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
-        if drawn.skips is not None:
-            own["cells_per_box"] = drawn.cells_per_box
+        own |= cell_uniforms(drawn, brick)
         uniforms |= {name if name in _OF_ALL else f"{name}_{number}": value for name, value in own.items()}
     units |= drawing.interval
     if len(units) > compositor.most_textures:

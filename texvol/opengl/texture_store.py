@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -115,7 +115,7 @@ class TextureStore:
         if not same(texels, self._texels):
             self._drawn.clear()
         layout = (volume.dimensions, baked.formats, volume.nearest)
-        bricks = self._cut(volume, _bytes_of(baked), margin, alone)
+        bricks = self._cut(volume, bytes_of_sample(baked), margin, alone)
         if layout != self._layout or bricks != self.bricks:
             self.release()
         self._layout, self.bricks, self._baked, self._texels = layout, bricks, baked, texels
@@ -189,54 +189,74 @@ class TextureStore:
             # few textures of many all follow each other, and drawing from the first one used is most likely finished.
             choose = max if room == self.budget else min
             return _Held(self._held.pop(choose(self._held, key=lambda position: self._held[position].used)).textures)
-        textures: dict[str, moderngl.Texture3D] = {}
-        try:
-            for name, (texel_format, components) in baked.formats.items():
-                textures[name] = self._texture(brick.texture_size, texel_format, components, baked.volume.nearest)
-        except InputError:
-            for texture in textures.values():
-                texture.release()
-            raise
-        return _Held(textures)
-
-    def _texture(self, size: Triple, texel_format: str, components: int, nearest: bool) -> moderngl.Texture3D:
-        try:
-            texture = self._gl.texture3d(size, components, alignment=1, dtype=MODERNGL_TYPES[texel_format])
-            failed = self._gl.error == "GL_OUT_OF_MEMORY"
-        except moderngl.Error:
-            failed = True
-        if failed:
-            nx, ny, nz = size
-            megabytes = nx * ny * nz * _BYTES[texel_format] / 1e6
-            raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {megabytes:.0f} MB")
-        texture.repeat_x = texture.repeat_y = texture.repeat_z = False
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
-        return texture
+        return _Held(new_textures(self._gl, baked, brick.texture_size))
 
     def _write(self, held: _Held, brick: Brick) -> None:
-        """Bake and upload slice after slice."""
-        baked = self._baked
-        assert baked is not None
-        (x0, y0, z0), (x1, y1, z1) = brick.stored_first, brick.stored_last
-        depth = max(1, _SLICE_BYTES // ((x1 - x0) * (y1 - y0) * _bytes_of(baked)))
+        assert self._baked is not None
         self.uploads += 1
-        for z in range(z0, z1, depth):
-            end = min(z + depth, z1)
-            box = (slice(z, end), slice(y0, y1), slice(x0, x1))
-            with self._watch.timed("bake"):
-                baked_texels = baked.all_texels(box)
-            with self._watch.timed("upload"):
-                for name, texels in baked_texels.items():
-                    texels = np.ascontiguousarray(_with_room(texels, brick, end == z1))
-                    nz, ny, nx, _ = texels.shape
-                    held.textures[name].write(texels, viewport=(0, 0, z - z0, nx, ny, nz), alignment=1)
+        write_texels(held.textures, self._baked, brick, brick.stored_first, self._watch)
 
     def _bytes_of(self, sizes: Iterable[Triple]) -> int:
         assert self._baked is not None, "nothing has been prepared"
-        return sum(math.prod(size) for size in sizes) * _bytes_of(self._baked)
+        return sum(math.prod(size) for size in sizes) * bytes_of_sample(self._baked)
 
 
-def _bytes_of(baked: BakedTexture) -> int:
+def new_textures(gl: moderngl.Context, baked: BakedTexture, size: Triple) -> dict[str, moderngl.Texture3D]:
+    """Textures for texels of a size, by the names of their samplers.
+
+    Raises
+    ------
+    InputError
+        If the driver has no room for them.
+    """
+    textures: dict[str, moderngl.Texture3D] = {}
+    try:
+        for name, (texel_format, components) in baked.formats.items():
+            textures[name] = _new_texture(gl, size, texel_format, components, baked.volume.nearest)
+    except InputError:
+        for texture in textures.values():
+            texture.release()
+        raise
+    return textures
+
+
+def _new_texture(
+    gl: moderngl.Context, size: Triple, texel_format: str, components: int, nearest: bool
+) -> moderngl.Texture3D:
+    try:
+        texture = gl.texture3d(size, components, alignment=1, dtype=MODERNGL_TYPES[texel_format])
+        failed = gl.error == "GL_OUT_OF_MEMORY"
+    except moderngl.Error:
+        failed = True
+    if failed:
+        nx, ny, nz = size
+        megabytes = nx * ny * nz * _BYTES[texel_format] / 1e6
+        raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {megabytes:.0f} MB")
+    texture.repeat_x = texture.repeat_y = texture.repeat_z = False
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
+    return texture
+
+
+def write_texels(
+    textures: Mapping[str, moderngl.Texture3D], baked: BakedTexture, brick: Brick, first: Triple, watch: Stopwatch
+) -> None:
+    """Bake and upload slice after slice what a brick stores, which begins at the sample `first` of the baked volume."""
+    nx, ny, nz = (last - before for before, last in zip(brick.stored_first, brick.stored_last, strict=True))
+    x, y, z = first
+    depth = max(1, _SLICE_BYTES // (nx * ny * bytes_of_sample(baked)))
+    for start in range(0, nz, depth):
+        end = min(start + depth, nz)
+        box = (slice(z + start, z + end), slice(y, y + ny), slice(x, x + nx))
+        with watch.timed("bake"):
+            baked_texels = baked.all_texels(box)
+        with watch.timed("upload"):
+            for name, texels in baked_texels.items():
+                texels = np.ascontiguousarray(_with_room(texels, brick, end == nz))
+                layers, rows, columns, _ = texels.shape
+                textures[name].write(texels, viewport=(0, 0, start, columns, rows, layers), alignment=1)
+
+
+def bytes_of_sample(baked: BakedTexture) -> int:
     """Return the bytes of one sample in all textures."""
     return sum(_BYTES[texel_format] for texel_format, _ in baked.formats.values())
 

@@ -132,7 +132,15 @@ def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
     return scales | drawn.baked.uniforms(drawing.view.slab_thickness)
 
 
-def skip_uniforms(drawing: Drawing) -> dict[str, Any]:
+def cell_uniforms(drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
+    """Position of the cells that are skipped; none where nothing is."""
+    if drawn.skips is None:
+        return {}
+    cells: dict[str, Any] = {"cells_per_box": drawn.cells_per_box}
+    return cells if brick.is_whole else cells | {"first_cell": drawn.first_cell}
+
+
+def skip_uniforms(drawing: Drawing, brick: Brick) -> dict[str, Any]:
     """Cells of the box, and in `post` the number of visible slabs that a ray collects before it samples them.
 
     A ray that ends has collected the slabs behind its end in vain; a ray that goes on waits for its neighbours each
@@ -140,7 +148,7 @@ def skip_uniforms(drawing: Drawing) -> dict[str, Any]:
     densest.
     """
     drawn = drawing.first
-    uniforms: dict[str, Any] = {"cells_per_box": drawn.cells_per_box}
+    uniforms = cell_uniforms(drawn, brick)
     baked = drawn.baked
     if drawing.projection is None and isinstance(baked, ValueTexture) and baked.classification == "post":
         deepest = float(baked.transfer_function.extinctions.max()) * drawing.view.slab_thickness

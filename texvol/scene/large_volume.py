@@ -140,9 +140,14 @@ class LargeVolume(Volume):
         self._describe(unit, value_unit, space, source, notes)
         self._unchanged = Unchanged()
 
-    @cached_property
+    @property
     def values(self) -> NDArray:  # type: ignore[override]
-        """All samples of level 0, read when first asked for.
+        """All samples of level 0, see `whole`."""
+        return self.whole.values
+
+    @cached_property
+    def whole(self) -> Volume:
+        """Volume of all samples of level 0 in memory, read when first asked for.
 
         Raises
         ------
@@ -154,7 +159,7 @@ class LargeVolume(Volume):
                 f"{self.name}: needs all {needed / 1e9:.3g} GB of its samples at once, and memory has room for "
                 f"{self.memory / 1e9:.3g} GB: choose a coarser level by --level, or allow more by --memory"
             )
-        return self.part(0, (0, 0, 0), self.dimensions).values
+        return self.part(0, (0, 0, 0), self.dimensions)
 
     @property
     def shape(self) -> Triple:
@@ -168,11 +173,16 @@ class LargeVolume(Volume):
 
     def part(self, level: int, first: Triple, last: Triple) -> Volume:
         """Read the samples first … last - 1 of a level, along x, y, z, as a volume where they lie in the world."""
-        own = self.levels[level]
         (x0, y0, z0), (x1, y1, z1) = first, last
+        box = slice(z0, z1), slice(y0, y1), slice(x0, x1)
+        return self.placed(level, first, self.levels[level].source.read(box))
+
+    def placed(self, level: int, first: Triple, values: NDArray) -> Volume:
+        """Return samples of a level from `first` on, along x, y, z, as a volume where they lie in the world."""
+        own = self.levels[level]
         start = np.array(own.first) + np.array(own.factor) * first
         return Volume(
-            own.source.read((slice(z0, z1), slice(y0, y1), slice(x0, x1))),
+            values,
             (self.spacing * own.factor).tolist(),
             (self.origin + self.world_from_index @ start).tolist(),
             self.direction,
@@ -200,7 +210,7 @@ class LargeVolume(Volume):
         base = self.levels[number]
         factor, first = np.array(base.factor), np.array(base.first)
         other = copy(self)
-        for derived in (*OF_PLACE, "overview", "values", "value_range", "has_missing", "finite_range"):
+        for derived in (*OF_PLACE, "overview", "whole", "value_range", "has_missing", "finite_range"):
             other.__dict__.pop(derived, None)
         other.levels = tuple(
             replace(

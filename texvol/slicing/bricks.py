@@ -30,7 +30,8 @@ class Brick:
     """Its own are the samples first … last - 1 along each of x, y, z; stored_first … stored_last - 1 are stored.
 
     `position` is its position in the grid of bricks, `dimensions` the whole volume's, `texture_size` those of its
-    texture, which is as large for every brick.
+    texture. What is stored may be of a coarser level, whose sample i lies at `offset + factor * i`, see
+    `texvol.scene.large_volume`: then `stored_first` and `stored_last` count that level's samples.
     """
 
     position: Triple
@@ -40,22 +41,37 @@ class Brick:
     stored_last: Triple
     dimensions: Triple
     texture_size: Triple
+    level: int = 0
+    factor: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def is_whole(self) -> bool:
         """True if the brick is the whole volume."""
-        return self.first == (0, 0, 0) and self.last == self.dimensions
+        return self.first == (0, 0, 0) and self.last == self.dimensions and self.level == 0
+
+    @property
+    def samples_per_box(self) -> Vector:
+        """Stored samples in the length of the box."""
+        return np.array(self.dimensions) / np.array(self.factor)
+
+    @property
+    def samples_before(self) -> Vector:
+        """What is stored begins at this place in the box, in stored samples."""
+        return np.array(self.stored_first) + (np.array(self.offset) + 0.5) / np.array(self.factor) - 0.5
 
     @property
     def stored_box(self) -> NDArray[np.float64]:
         """Low and high corner of what it stores, shape (2, 3); every ray that has a slab of its own goes through it."""
-        return np.array([self.stored_first, self.stored_last]) / np.array(self.dimensions)
+        count = np.array(self.stored_last) - np.array(self.stored_first)
+        ends = np.array([self.samples_before, self.samples_before + count]) / self.samples_per_box
+        return np.clip(ends, 0.0, 1.0)
 
     @property
     def has_room_beyond(self) -> list[bool]:
-        """True along x, y, z where the volume ends in the brick but its texture goes on."""
-        ends = zip(self.stored_first, self.stored_last, self.dimensions, self.texture_size, strict=True)
-        return [last == count and last - first < size for first, last, count, size in ends]
+        """True along x, y, z where its texture goes on beyond what it stores: there the volume may end."""
+        ends = zip(self.stored_first, self.stored_last, self.texture_size, strict=True)
+        return [last - first < size for first, last, size in ends]
 
     @property
     def own_range(self) -> NDArray[np.float64]:
@@ -69,12 +85,13 @@ class Brick:
     def texture_from_box(self) -> tuple[Vector, Vector, Vector]:
         """Samples per box, first sample, and textures per sample: (box * a - b) * c is a position in its texture.
 
-        Along an axis that is cut c is a power of two: so the position differs from that in the texture of the whole
-        by a whole number of samples, to the last bit. Along the others it is the same position.
+        Along an axis that is cut c is a power of two where `cut` made the brick: so the position differs from that in
+        the texture of the whole by a whole number of samples, to the last bit. Along others it is the same position.
         """
-        cut = np.array(self.texture_size) != np.array(self.dimensions)
-        samples = np.where(cut, self.dimensions, 1.0)
-        return samples, np.where(cut, self.stored_first, 0.0), np.where(cut, 1.0 / np.array(self.texture_size), 1.0)
+        cut = (np.array(self.texture_size) != np.array(self.dimensions)) | (self.level > 0)
+        samples = np.where(cut, self.samples_per_box, 1.0)
+        before = np.where(cut, self.samples_before, 0.0)
+        return samples, before, np.where(cut, 1.0 / np.array(self.texture_size), 1.0)
 
 
 def whole(volume: Volume) -> Brick:

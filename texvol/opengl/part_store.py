@@ -1,0 +1,188 @@
+"""Textures of the parts of a large volume on the device: each of one brick, from samples that are forgotten then.
+
+A part that has been drawn is kept for the next picture while there is room. In a picture that needs more than there is
+room for, parts follow each other in the same few textures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.contexts import Context
+from texvol.opengl.empty_space import EmptySpace
+from texvol.opengl.texture_store import (
+    BakedTexture,
+    Stopwatch,
+    bytes_of_sample,
+    new_textures,
+    same,
+    write_texels,
+)
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick, Triple
+from texvol.textures.slab_texture import SlabTexture
+
+_AT_FIRST = 256 << 20  # bytes of the textures that follow each other where there is no room for all
+
+
+@dataclass
+class Part:
+    """One brick on the device."""
+
+    brick: Brick
+    texels: tuple[Any, ...]  # what they are made of
+    baked: BakedTexture
+    textures: dict[str, moderngl.Texture3D]
+    tables: dict[str, moderngl.Texture]
+    empty_space: EmptySpace | None
+    shown: NDArray[np.float64] | None  # corners of what may show, in fractions of the box; None if nothing does
+    bytes: int
+
+    def resources(self, brick: Brick) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
+        """Return textures and tables by the names of their samplers."""
+        return {**self.textures, **self.tables}
+
+    @property
+    def skips(self) -> moderngl.Texture3D | None:
+        """Cells that a ray skips; None where every cell shows something."""
+        return self.empty_space.skips if self.empty_space else None
+
+    @property
+    def cells(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+        """Cells per box, and where the first one lies, in cells from the corner of the box."""
+        assert self.empty_space is not None
+        count = np.array(self.brick.stored_last) - np.array(self.brick.stored_first)
+        per_sample = np.array(self.empty_space.cells_per_box) / count
+        per_box, first = per_sample * self.brick.samples_per_box, per_sample * self.brick.samples_before
+        return _floats(per_box), _floats(first)
+
+
+class PartStore:
+    """Parts on the device, at most `budget` bytes of texels; methods need the context to be current."""
+
+    def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
+        self._gl, self._budget, self._watch = context.gl, budget, watch
+        self._parts: dict[tuple[Triple, int], Part] = {}  # by position and level, the last one used last
+        self.uploads = 0
+
+    def known(self, brick: Brick, texels: tuple[Any, ...]) -> Part | None:
+        """Return the part of a brick if it is there."""
+        part = self._parts.get((brick.position, brick.level))
+        if part is None or part.brick != brick or not same(part.texels, texels):
+            return None
+        self._parts[brick.position, brick.level] = self._parts.pop((brick.position, brick.level))
+        return part
+
+    def added(
+        self,
+        brick: Brick,
+        texels: tuple[Any, ...],
+        baked: BakedTexture,
+        find_empty: Callable[[EmptySpace], None] | None,
+        everything: bool,
+    ) -> Part:
+        """Upload a brick from the volume that was baked.
+
+        Parameters
+        ----------
+        texels : tuple
+            Names what its texels are made of.
+        find_empty : callable, optional
+            Prepares the empty space of the baked volume.
+        everything : bool
+            True if all parts of the picture have room.
+        """
+        part = Part(brick, texels, baked, {}, {}, None, brick.stored_box, 0)
+        if find_empty is not None:
+            part.empty_space = EmptySpace(self._gl)
+            find_empty(part.empty_space)
+            part.shown = _shown(part.empty_space, brick)
+        if part.shown is not None:
+            self._fill(part, everything)
+        old = self._parts.pop((brick.position, brick.level), None)
+        if old is not None:
+            self._release(old)
+        # Its samples are not needed any more, and texels are on the device.
+        part.baked = _without_samples(baked)
+        self._parts[brick.position, brick.level] = part
+        return part
+
+    @property
+    def bytes(self) -> int:
+        """Bytes of the texels on the device."""
+        return sum(part.bytes for part in self._parts.values())
+
+    @property
+    def count(self) -> int:
+        """Number of parts on the device."""
+        return sum(bool(part.textures) for part in self._parts.values())
+
+    def release(self) -> None:
+        """Release everything on the device."""
+        for part in self._parts.values():
+            self._release(part)
+        self._parts.clear()
+
+    def _fill(self, part: Part, everything: bool) -> None:
+        baked, size = part.baked, part.brick.texture_size
+        part.bytes = math.prod(size) * bytes_of_sample(baked)
+        room = self._budget if everything else min(self._budget, _AT_FIRST)
+        wanted = {name: (size, *kind) for name, kind in baked.formats.items()}
+        while self._parts and self.bytes + part.bytes > room:
+            oldest = next(iter(self._parts))
+            old = self._parts.pop(oldest)
+            if not part.textures and wanted == {
+                name: (texture.size, *old.baked.formats[name]) for name, texture in old.textures.items()
+            }:
+                part.textures, old.textures = old.textures, {}
+            self._release(old)
+        if not part.textures:
+            part.textures = new_textures(self._gl, baked, size)
+        write_texels(part.textures, baked, part.brick, (0, 0, 0), self._watch)
+        self.uploads += 1
+        for name, numbers in baked.tables.items():
+            rows, columns, components = numbers.shape
+            table = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
+            table.filter = moderngl.NEAREST, moderngl.NEAREST
+            part.tables[name] = table
+
+    def _release(self, part: Part) -> None:
+        for texture in part.textures.values():
+            texture.release()
+        for table in part.tables.values():
+            table.release()
+        if part.empty_space is not None:
+            part.empty_space.release()
+
+
+def _shown(empty_space: EmptySpace, brick: Brick) -> NDArray[np.float64] | None:
+    """Corners of what may show of a brick, in fractions of the box, shape (2, 3); None if nothing does."""
+    part = empty_space.visible_box
+    if part is None:
+        return None
+    count = np.array(brick.stored_last) - np.array(brick.stored_first)
+    return np.clip((brick.samples_before + part * count) / brick.samples_per_box, 0.0, 1.0)
+
+
+def _without_samples(baked: BakedTexture) -> BakedTexture:
+    """Return what was baked with what programs ask of its values, and without these."""
+    volume = baked.volume
+    known = {name: getattr(volume, name) for name in ("has_missing", "finite_range", "value_range")}
+    empty = Volume.__new__(Volume)
+    empty.__dict__.update(volume.__dict__ | known)
+    empty.values = np.broadcast_to(np.zeros((), volume.dtype), volume.shape)
+    if isinstance(baked, SlabTexture):
+        return replace(baked, volume=empty, samples=None)
+    return replace(baked, volume=empty)
+
+
+def _floats(triple: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (float(number) for number in triple)
+    return x, y, z

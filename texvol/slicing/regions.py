@@ -1,0 +1,106 @@
+"""Regions: boxes of samples that a large volume is read and drawn in, each at a level of its own.
+
+All regions are of one grid, so that they can be ordered front to back, and each becomes a `Brick`: it owns the slabs
+whose middles lie in it, whatever level its texture is of.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.camera import Camera
+from texvol.scene.large_volume import Level
+from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick, Triple
+
+_SIDE = 128  # samples: small enough to skip what is empty, to tell levels apart, and to be hidden
+_MANY = 512  # regions: beyond it they grow, as far as memory goes
+
+
+@dataclass(frozen=True)
+class Region:
+    """Samples first … last - 1 of level 0 along x, y, z, at a position in the grid of regions."""
+
+    position: Triple
+    first: Triple
+    last: Triple
+
+    def box(self, dimensions: Triple) -> NDArray[np.float64]:
+        """Low and high corner in fractions of the box of all samples, shape (2, 3)."""
+        return np.array([self.first, self.last]) / np.array(dimensions)
+
+
+def regions_of(dimensions: Triple, most_samples: float, block: tuple[Triple, Triple] | None = None) -> list[Region]:
+    """Return the regions of a volume of some dimensions, at most so many samples each if their sides allow.
+
+    `block` has the first and the last sample of the part of the volume that is wanted; regions are cut at its faces.
+    """
+    side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
+    while _count(dimensions, side) > _MANY:
+        axis = min(range(3), key=lambda a: (side[a] >= dimensions[a], side[a]))
+        if side[axis] >= dimensions[axis] or 2 * math.prod(side) > most_samples:
+            break
+        side[axis] *= 2
+    low, high = block or ((0, 0, 0), dimensions)
+    axes = [
+        [(at // n, max(at, a), min(at + n, b)) for at in range(a // n * n, b, n)]
+        for n, a, b in zip(side, low, high, strict=True)
+    ]
+    return [
+        Region((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]))
+        for z in axes[2]
+        for y in axes[1]
+        for x in axes[0]
+    ]
+
+
+def brick_of(region: Region, level: Level, number: int, dimensions: Triple, margin: NDArray[np.float64]) -> Brick:
+    """Return a region as a brick whose texture is of a level.
+
+    Parameters
+    ----------
+    level : Level
+    number : int
+        Of the level.
+    dimensions : (nx, ny, nz)
+        Of level 0.
+    margin : array of shape (3,)
+        What is needed beyond the region and the next samples, in samples of level 0 along x, y, z.
+    """
+    factor, offset = np.array(level.factor), np.array(level.first)
+    low = (np.array(region.first) - 0.5 - margin - offset) / factor
+    high = (np.array(region.last) - 0.5 + margin - offset) / factor
+    count = np.array(level.source.shape[::-1])
+    first = np.clip(np.floor(low), 0, count - 1).astype(int)
+    last = np.clip(np.floor(high) + 2, first + 1, count).astype(int)
+    return Brick(
+        region.position,
+        region.first,
+        region.last,
+        _triple(first),
+        _triple(last),
+        dimensions,
+        _triple(last - first),
+        number,
+        level.factor,
+        level.first,
+    )
+
+
+def margin_of(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float, reach: int) -> NDArray:
+    """Samples along x, y, z that a region needs beyond itself: half a slab, and the reach of gradients."""
+    longest = 0.5 * slab_thickness * camera.largest_obliquity(size)
+    return np.minimum(np.linalg.norm(volume.index_from_world, axis=1) * longest, 1e9) + reach
+
+
+def _count(dimensions: Triple, side: list[int]) -> int:
+    return math.prod(-(-count // n) for count, n in zip(dimensions, side, strict=True))
+
+
+def _triple(numbers: NDArray[np.intp]) -> Triple:
+    x, y, z = (int(number) for number in numbers)
+    return x, y, z
