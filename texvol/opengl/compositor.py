@@ -175,6 +175,10 @@ class Compositor:
             picture[..., :3] /= color_scale
         return picture
 
+    def opacity(self) -> NDArray[np.float32]:
+        """Read the opacity of the picture so far back, shape (height, width), top row first."""
+        return self.picture()[..., 3]
+
     def release(self) -> None:
         """Release programs and targets."""
         self._programs.release()

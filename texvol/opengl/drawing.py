@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.projection import ValueProjection
-from texvol.opengl.texture_store import BakedTexture, TextureStore
+from texvol.opengl.texture_store import BakedTexture
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import NOT_CUT, Cutting
 from texvol.scene.lighting import DepthCue, Lighting
@@ -20,6 +21,21 @@ from texvol.slicing.bricks import Brick
 # Low and high corner of what a brick may show, in fractions of the box, shape (2, 3); None if it shows nothing.
 VisiblePart = Callable[[Brick], "NDArray[np.float64] | None"]
 AnyTexture = moderngl.Texture | moderngl.Texture3D
+
+
+class Textures(Protocol):
+    """Textures of the bricks of a volume."""
+
+    def resources(self, brick: Brick) -> dict[str, AnyTexture]:
+        """Return those of a brick by the names of their samplers; they are uploaded if they are not there."""
+
+    @property
+    def bricks(self) -> list[Brick]:
+        """All bricks."""
+
+    @property
+    def bytes_of_all(self) -> int:
+        """Bytes of the textures of all bricks together."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +59,7 @@ class DrawnVolume:
 
     volume: Volume
     baked: BakedTexture
-    textures: TextureStore
+    textures: Textures
     visible_part: VisiblePart
     skips: moderngl.Texture3D | None = None  # distances to the next change of occupancy; None where no cell is empty
     cells_per_box: tuple[float, float, float] = (1.0, 1.0, 1.0)  # number of these cells along x, y, z

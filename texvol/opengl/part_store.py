@@ -50,6 +50,16 @@ class Part:
         return {**self.textures, **self.tables}
 
     @property
+    def bricks(self) -> list[Brick]:
+        """The one brick."""
+        return [self.brick]
+
+    @property
+    def bytes_of_all(self) -> int:
+        """Bytes of its textures."""
+        return self.bytes
+
+    @property
     def skips(self) -> moderngl.Texture3D | None:
         """Cells that a ray skips; None where every cell shows something."""
         return self.empty_space.skips if self.empty_space else None

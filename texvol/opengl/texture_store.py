@@ -88,7 +88,7 @@ class TextureStore:
         self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
-        self._largest = _SOFTWARE_TEXTURE if _is_software(context) else 1 << 62  # bytes
+        self._largest = _SOFTWARE_TEXTURE if is_software(context) else 1 << 62  # bytes
         self._held: dict[Triple, _Held] = {}
         self._tables: dict[str, moderngl.Texture] = {}
         self._tables_of: BakedTexture | None = None
@@ -281,7 +281,7 @@ def default_budget(context: Context) -> int:
 
 
 def _free(context: Context) -> int:
-    if _is_software(context):
+    if is_software(context):
         return free_memory()
     for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
         if extension in context.gl.extensions:
@@ -291,5 +291,5 @@ def _free(context: Context) -> int:
     return _UNKNOWN
 
 
-def _is_software(context: Context) -> bool:
+def is_software(context: Context) -> bool:
     return any(name in context.renderer.lower() for name in ("llvmpipe", "softpipe", "swrast"))

@@ -21,6 +21,7 @@ from texvol.opengl.texture_store import Stopwatch, same
 from texvol.rendering.error_control import DrawScene, Size, smaller
 from texvol.rendering.model_error import AskedOfModel, Classified
 from texvol.rendering.settings import Settings
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import slabs_crossed
@@ -112,6 +113,8 @@ def _obvious(scene: Scene, settings: Settings, asked: AskedOfModel) -> Classifie
     """Return the choice where nothing has to be measured."""
     if settings.slicing == "wilson":
         return Classified("slab", _factor(asked), "slicing wilson draws its texture")
+    if isinstance(scene.volume, LargeVolume):
+        return Classified("post", reason="the volume is read in parts")
     if scene.mode != "composite":
         return Classified("post", reason=f"mode {scene.mode} shows values")
     if scene.volume.nearest or scene.volume.colors is not None:

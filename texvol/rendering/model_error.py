@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 from texvol.rendering.error_control import DrawScene, Size, largest_difference
 from texvol.rendering.settings import Settings
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import REFINEMENTS, beyond_refinement, refined_scene
 from texvol.scene.scene import Classification, CompleteScene
 from texvol.textures.refinement import chosen_refinement
@@ -139,12 +140,16 @@ class AskedOfModel:
         """Return the factor that shows in a picture of a slab thickness, world units, and that there is room for."""
         if isinstance(self.texture_refinement, int):
             return self.texture_refinement
+        if isinstance(scene.volume, LargeVolume):
+            return 1
         thickness = slab_thickness if slab_thickness > 0 else scene.smallest_spacing
         return chosen_refinement(scene, thickness, _OF_BUDGET * budget)
 
     def _possible(self, scene: CompleteScene, budget: int) -> list[int]:
         if isinstance(self.texture_refinement, int):
             return [self.texture_refinement]
+        if isinstance(scene.volume, LargeVolume):
+            return [1]
         most = _OF_BUDGET * budget / _BYTES
         return [1] + [
             each for each in REFINEMENTS[1:] if not beyond_refinement(scene) and scene.volume.size * each**3 <= most

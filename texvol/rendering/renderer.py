@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
-from contextlib import ExitStack, suppress
+from contextlib import suppress
 from dataclasses import asdict, replace
 from typing import Any, Self
 
@@ -14,23 +13,24 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
-from texvol.opengl.texture_store import default_budget
+from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.model_error import AskedOfModel, model_error
-from texvol.rendering.render import draw, over_background, read
-from texvol.rendering.scene_cache import SceneCache
+from texvol.rendering.pictures import Pictures, PicturesInMemory
+from texvol.rendering.render import over_background
 from texvol.rendering.settings import Settings, checked, checked_slicing, checked_target, checked_termination
-from texvol.rendering.stats import described
+from texvol.rendering.streaming.kinds import in_parts_or_memory
+from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import Slicing, slabs_crossed
 from texvol.textures import slab_texture
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError, check_type
-from texvol.util.statistics import median
 
 Size = tuple[int, int]
 _REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an estimate is made from
@@ -75,9 +75,10 @@ class Renderer:
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            self._cache = SceneCache(self._context, self._budget)
-            self._bricks_drawn = 0
-        self._watch = self._cache.watch
+            how = self._context, self._compositor, self._budget, (watch := Stopwatch())
+            self._in_memory = PicturesInMemory(*how)
+            self._in_parts = StreamedPictures(*how)
+        self._watch = watch
         self._last: tuple[CompleteScene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, once it is known
@@ -89,7 +90,7 @@ class Renderer:
         self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
-        self._error_search = ErrorSearch(self._noted, self._exactly, self._cache.rounding)
+        self._error_search = ErrorSearch(self._noted, self._exactly, self._rounding)
 
     def render(
         self,
@@ -167,8 +168,7 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
-        check_type("scene", scene, Scene)
-        scene.check_for(size)
+        scene = _drawable(scene, size, texture_refinement)
         if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
             raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
@@ -178,6 +178,7 @@ class Renderer:
         asked = AskedOfModel(texture_refinement, max_error, of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
+        pictures = self._pictures_of(scene)
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
@@ -192,13 +193,13 @@ class Renderer:
                 choice = self._error_search.choose(complete, size, settings, own_error)
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
                 picture, self._estimate = choice.picture, choice.estimated_error
-                self._watch.seconds, self._bricks_drawn = self._notes[choice.slab_thickness]
+                self._watch.seconds, pictures.bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
         self._last = (complete, size, settings)
         if scene.mode not in NUMBER_MODES:
             picture = over_background(picture, scene.background)
-        checking.warn_of_lost_digits(self._cache.lost_digits)
+        checking.warn_of_lost_digits(pictures.lost_digits)
         if check is not None or max_error is not None:
             with self._watch.timed("check"):
                 truth = asked.truth(self._unrefined, complete)
@@ -208,7 +209,8 @@ class Renderer:
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
         termination, target = checked_termination(None, max_error), checked_target("auto")
-        complete = scene.completed(size := self._compositor.checked_size(size))
+        scene = _drawable(scene, size := self._compositor.checked_size(size))
+        complete = scene.completed(size)
         slicing = checked_slicing(slicing, complete)
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
         with self._context:
@@ -287,7 +289,8 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            self._cache.release()
+            self._in_memory.release()
+            self._in_parts.release()
             self._compositor.release()
         self._context.release()
 
@@ -301,26 +304,19 @@ class Renderer:
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
     ) -> NDArray[np.float32]:
         """Draw the picture, without background; or the depth of its isosurface."""
-        drawing = self._cache.drawing(scene, size, settings, depth)
-        surfaces = None if depth else self._cache.surfaces(scene, size, settings)
-        self._cache.check_room(drawing)
-        for drawn in drawing.volumes:
-            if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
-                drawn.textures.resources(drawn.textures.bricks[0])
-        times = []
-        for _ in range(max(repeat, 1)):
-            start, spent = time.perf_counter(), self._watch.of_textures()
-            self._bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
-            times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
-        # The first draw compiles the programs: warm draws are the others.
-        self._watch.seconds["draw"] = median(times[1:] or times)
-        with self._watch.timed("read"):
-            return read(self._compositor, drawing)
+        return self._pictures_of(scene).draw(scene, size, settings, repeat, depth)
+
+    def _pictures_of(self, scene: Scene) -> Pictures:
+        """Return what draws a scene."""
+        return self._in_parts if isinstance(scene.volume, LargeVolume) else self._in_memory
+
+    def _rounding(self, scene: CompleteScene) -> float:
+        return self._pictures_of(scene).rounding(scene)
 
     def _noted(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """Draw a candidate picture, and keep its seconds and bricks for the case that it is chosen."""
         picture = self._draw(scene, size, settings)
-        self._notes[settings.slab_thickness] = dict(self._watch.seconds), self._bricks_drawn
+        self._notes[settings.slab_thickness] = dict(self._watch.seconds), self._pictures_of(scene).bricks_drawn
         return picture
 
     def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
@@ -333,8 +329,9 @@ class Renderer:
         return self._draw(scene, size, replace(exact, slicing="stacks"))
 
     def _metadata(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
-        seconds, drawn = dict(self._watch.seconds), self._bricks_drawn
-        metadata = described(self._context, self._cache, scene, size, settings)
+        pictures = self._pictures_of(scene)
+        seconds, drawn = dict(self._watch.seconds), pictures.bricks_drawn
+        metadata = pictures.described(scene, size, settings)
         metadata |= {"bricks_drawn": drawn, "seconds": seconds}
         if self.chosen is not None:
             metadata["classification_reason"] = self.chosen.sentence
@@ -353,15 +350,11 @@ class Renderer:
             every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
             return every, every
         with self._context:
-            drawn = self._counted(scene, size, settings)
+            drawn = self._pictures_of(scene).count(scene, size, settings)
             if scene.added:
-                return drawn, self._counted(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
+                everywhere = replace(settings, skip_empty=False, early_termination=0.0)
+                return drawn, self._pictures_of(scene).count(scene, size, everywhere)
         return drawn, slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
-
-    def _counted(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        drawing = replace(self._cache.drawing(scene, size, settings), count=True)
-        draw(self._compositor, drawing, self._cache.surfaces(scene, size, settings), "rgba32f")
-        return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def _estimated_error(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
         """Return the estimate from the choice of thickness, or from thinner slabs in a sixteenth of the pixels."""
@@ -370,9 +363,7 @@ class Renderer:
         with self._context, suppress(NoRoomError):  # a small picture may need larger margins around bricks
             small = smaller(size)
             picture = self._draw(scene, small, settings) if self._estimate is None else None
-            with ExitStack() as aside:
-                for medium in self._cache.volumes:
-                    aside.enter_context(medium.set_aside(None if scene.added else _REFERENCE_BYTES))
+            with self._pictures_of(scene).set_aside(None if scene.added else _REFERENCE_BYTES):
                 assert self._unrefined is not None
                 self._model_error = model_error(scene, self._unrefined, small, settings, self._exactly)
                 if picture is None:
@@ -383,5 +374,12 @@ class Renderer:
                     settings.slab_thickness,
                     lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
                 )
-            self._estimate += self._cache.rounding(scene)
+            self._estimate += self._rounding(scene)
         return self._estimate
+
+
+def _drawable(scene: Scene, size: Size, texture_refinement: int | str | None = None) -> Scene:
+    """Return the scene, or if it cannot be drawn part by part the one with its volumes in memory, or InputError."""
+    check_type("scene", scene, Scene)
+    scene.check_for(size)
+    return in_parts_or_memory(scene, texture_refinement)

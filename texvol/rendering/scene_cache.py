@@ -31,9 +31,8 @@ class SceneCache:
     The textures of each volume take at most `budget` bytes.
     """
 
-    def __init__(self, context: Context, budget: int) -> None:
-        self._context, self._budget = context, budget
-        self.watch = Stopwatch()
+    def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
+        self._context, self._budget, self.watch = context, budget, watch
         self.volumes = [VolumeCache(context, budget, self.watch)]
         self._shadows = Shadows(context, budget)
         self._surfaces: Surfaces | None = None  # made when a scene first has some
@@ -58,15 +57,15 @@ class SceneCache:
             each_with = list(zip(scenes, self.volumes, shadows, strict=True))
             for alone, cache, shadow in each_with:
                 light = shadow.transmittance if shadow else None
-                cache.prepare(_stored(alone), size, settings, light, alone=len(scenes) == 1)
+                cache.prepare(stored_scene(alone), size, settings, light, alone=len(scenes) == 1)
         projection = projection_of(scenes[0], depth=depth)
         drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
         return Drawing(
             view,
             drawn,
-            color_scale=1.0 if projection else _color_scale_of(scenes),
-            least_transmittance=settings.early_termination / _most_light_of(scenes),
+            color_scale=1.0 if projection else color_scale_of(scenes),
+            least_transmittance=settings.early_termination / most_light_of(scenes),
             cutting=scene.cutting,
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
@@ -135,7 +134,7 @@ def _drawn(
     )
 
 
-def _stored(scene: CompleteScene) -> CompleteScene:
+def stored_scene(scene: CompleteScene) -> CompleteScene:
     """Return the scene whose texels are stored: in every mode but composite they are the values.
 
     Labels are stored as values and classified when they are sampled, which takes least memory. Samples with colours
@@ -150,7 +149,7 @@ def _stored(scene: CompleteScene) -> CompleteScene:
     return replace(scene, transfer_function=NO_MEDIUM, classification="post", depth_cue=None)
 
 
-def _color_scale_of(scenes: Sequence[CompleteScene]) -> float:
+def color_scale_of(scenes: Sequence[CompleteScene]) -> float:
     """Power of two that scales the colours of a picture to at most about 1, for targets of small range.
 
     Associated colours are at most 1 in white light of strength 1. An emission of E per world unit adds up to at most E
@@ -170,7 +169,7 @@ def _color_scale(scene: CompleteScene) -> float:
     return float(np.exp2(np.clip(-np.ceil(np.log2(brightest)), -120, 120))) if brightest > 0 else 1.0
 
 
-def _most_light_of(scenes: Sequence[CompleteScene]) -> float:
+def most_light_of(scenes: Sequence[CompleteScene]) -> float:
     """Upper bound of the light from behind a point: of a white medium in all lights, and of emission beyond that."""
     glow = sum(2 * scene.volume.radius * scene.medium.excess_emission for scene in scenes)
     lighting = scenes[0].lighting

@@ -19,6 +19,20 @@ def described(
     counts = [medium.empty_space.counts for medium in cache.volumes] if settings.skips(scene) else [(0, 0)]
     textures = [medium.textures for medium in cache.volumes]
     cells, visible_cells = map(sum, zip(*counts, strict=True))
+    return described_alike(context, scene, size, settings) | {
+        "texture_format": ", ".join(medium.baked.texel_format for medium in cache.volumes if medium.baked),
+        "halvings": cache.volumes[0].halvings(scene.volume),
+        "bricks_total": sum(len(each.bricks) for each in textures),
+        "texture_bytes": sum(each.bytes for each in textures),
+        "cells_total": cells,
+        "cells_drawn": visible_cells,
+    }
+
+
+def described_alike(
+    context: Context, scene: CompleteScene, size: tuple[int, int], settings: Settings
+) -> dict[str, Any]:
+    """Return the entries that do not depend on where the volumes are."""
     return {
         "renderer": context.renderer,
         "backend": context.backend,
@@ -26,15 +40,9 @@ def described(
         "slab_thickness": settings.slab_thickness,
         "slabs": slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count,
         "classification": scene.classification,
-        "texture_format": ", ".join(medium.baked.texel_format for medium in cache.volumes if medium.baked),
-        "halvings": cache.volumes[0].halvings(scene.volume),
         "target_format": settings.target_format,
         "slicing": settings.slicing,
         "texture_refinement": settings.texture_refinement,
-        "bricks_total": sum(len(each.bricks) for each in textures),
-        "texture_bytes": sum(each.bytes for each in textures),
-        "cells_total": cells,
-        "cells_drawn": visible_cells,
         "early_termination": settings.early_termination,
         "modelled": modelled(scene),
     }

@@ -101,7 +101,7 @@ class VolumeCache:
             texels = (*texels, baked.length_unit)
         if settings.skips(scene):
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            self.empty_space.prepare(scene.volume, *_shown(scene), scene.mask, steps)
+            self.empty_space.prepare(scene.volume, *shown_of(scene), scene.mask, steps)
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin, alone)
 
@@ -166,7 +166,7 @@ class VolumeCache:
         self._coarsest = None
 
 
-def _shown(scene: CompleteScene) -> tuple[Shown, int]:
+def shown_of(scene: CompleteScene) -> tuple[Shown, int]:
     """Return what shows anything, and the reach in samples of the gradients that it depends on, 0 for none."""
     if scene.isovalues:
         return Isovalue(scene.isovalues), 0

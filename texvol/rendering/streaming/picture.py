@@ -1,0 +1,316 @@
+"""Pictures of a large volume: its regions, front to back, read ahead of drawing, and forgotten when they are drawn.
+
+What is not read: regions off the screen or cut away, chunks in which the store's statistics say that nothing shows, and
+regions of which all pixels are opaque already. The picture is the same as of the volume in memory: slabs have one phase
+for the whole box, and each is drawn by the region in which its middle lies.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.contexts import Context
+from texvol.opengl.drawing import Drawing, DrawnVolume, View
+from texvol.opengl.empty_space import EmptySpace
+from texvol.opengl.part_store import Part, PartStore
+from texvol.opengl.texture_store import BakedTexture, Stopwatch, is_software
+from texvol.rendering.render import bake, draw_brick, draw_together, read
+from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
+from texvol.rendering.settings import Settings
+from texvol.rendering.stats import described_alike
+from texvol.rendering.streaming.sample_cache import SampleCache
+from texvol.rendering.streaming.visibility import Screen, needed_chunks, region_shows
+from texvol.rendering.volume_cache import shown_of
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene
+from texvol.slicing import bricks
+from texvol.slicing.bricks import Brick
+from texvol.slicing.regions import Region, brick_of, margin_of, regions_of
+from texvol.textures import texel_format
+from texvol.textures.shaded_samples import seen_from
+from texvol.textures.value_storage import HOPELESS, ULP
+from texvol.textures.value_texture import REFERENCE, ValueTexture
+from texvol.util.statistics import median
+
+_AHEAD = 6  # parts that are read before they are drawn, as far as memory goes
+_LEAST_PARTS = 32  # that memory has room for
+_OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
+
+Levels = Sequence[int]  # of each region
+Size = tuple[int, int]
+
+
+@dataclass
+class Drawn:
+    """What became of a picture's regions."""
+
+    regions: int = 0
+    drawn: int = 0
+    hidden: int = 0  # behind opaque matter, and not read
+    empty: int = 0  # known to show nothing, and not read
+    by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
+
+
+class StreamedPictures:
+    """Pictures of one large volume after the other; methods need the context to be current.
+
+    `budget` is the number of bytes for textures, `watch` takes the seconds of baking and uploading.
+    """
+
+    def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
+        self._context, self._compositor, self._watch, self._budget = context, compositor, watch, budget
+        self._cache: SampleCache | None = None
+        self._parts: PartStore | None = None
+        self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
+        self._formats: set[str] = set()
+
+    def draw(
+        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+    ) -> NDArray[np.float32]:
+        """Return the picture without background, shape (height, width, 4), of a scene of one LargeVolume."""
+        times = []
+        for _ in range(max(repeat, 1)):
+            start, spent = time.perf_counter(), self._watch.of_textures()
+            drawing = self._drawn(scene, size, settings)
+            times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
+        self._watch.seconds["draw"] = median(times[1:] or times)
+        with self._watch.timed("read"):
+            return read(self._compositor, drawing)
+
+    def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
+        """Return the number of slabs that are sampled."""
+        self._drawn(scene, size, replace(settings, target_format="rgba32f"), count=True)
+        return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
+
+    def rounding(self, scene: CompleteScene) -> float:
+        """Upper bound of the last picture's error by the rounding of values."""
+        return min(self.lost_digits, 1.0) if self.lost_digits >= HOPELESS * ULP else 0.0
+
+    @contextmanager
+    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+        """Do nothing: parts of other texels take the place of parts as room is needed."""
+        drawn, bricks_drawn = self.drawn, self.bricks_drawn
+        yield
+        self.drawn, self.bricks_drawn = drawn, bricks_drawn
+
+    def described(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
+        """Return the entries of `--stats` that say what was drawn."""
+        return described_alike(self._context, scene, size, settings) | {
+            "texture_format": ", ".join(sorted(self._formats)),
+            "halvings": [0, 0, 0],
+            "bricks_total": self.drawn.regions,
+            "texture_bytes": self._parts.bytes if self._parts else 0,
+            "parts": self.stats,
+        }
+
+    def _drawn(
+        self, scene: CompleteScene, size: Size, settings: Settings, levels: Levels | None = None, count: bool = False
+    ) -> Drawing:
+        """Draw the picture.
+
+        Parameters
+        ----------
+        levels : sequence of int, optional
+            Level of each of `regions`; the finest by default.
+        """
+        volume = scene.volume
+        assert isinstance(volume, LargeVolume)
+        cache, parts = self._prepared(volume)
+        picture = _Picture(stored_scene(with_settled_light(scene)), size, settings, volume)
+        picture.drawing = drawing = replace(picture.drawing, count=count)
+        self._formats, self.lost_digits = set(), 0.0
+        compositor = self._compositor
+        compositor.begin(drawing, settings.target_format)
+        regions = self.regions(volume)
+        order, self.drawn = picture.visible_bricks(regions, levels or [0] * len(regions))
+        cache.need([needed_chunks(picture.scene, volume, number) for number in range(len(volume.levels))])
+        screen = Screen(picture.scene, size, drawing.least_transmittance)
+        everything = picture.bytes_of(order) <= self._budget_of(volume)
+        for brick, asked in self._read_ahead(order, screen, cache, parts, picture):
+            part = parts.known(brick, picture.texels(brick.level))
+            if part is None:
+                part = self._baked(brick, asked, cache, parts, picture, everything)
+            self._note(part)
+            if part.shown is not None:
+                picture.draw(compositor, part)
+                screen.has_drawn(compositor, brick)
+        self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
+        compositor.finish()
+        return drawing
+
+    def _note(self, part: Part) -> None:
+        self.drawn.drawn += 1
+        level = part.brick.level
+        self.drawn.by_level[level] = self.drawn.by_level.get(level, 0) + 1
+        self._formats.add(part.baked.texel_format)
+        if isinstance(part.baked, ValueTexture):
+            self.lost_digits = max(self.lost_digits, part.baked.storage.condition * ULP)
+
+    def regions(self, volume: LargeVolume) -> list[Region]:
+        """Return the regions that a volume is drawn in."""
+        most = min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
+        return regions_of(volume.dimensions, most)
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report of the last picture in JSON types for `--stats`."""
+        if self._cache is None or self._parts is None:
+            return {}
+        drawn = self.drawn
+        regions = {"regions": drawn.regions, "regions_drawn": drawn.drawn, "regions_hidden": drawn.hidden}
+        levels = {str(level): count for level, count in sorted(drawn.by_level.items())}
+        return {**regions, "regions_empty": drawn.empty, "levels": levels, **self._cache.stats}
+
+    def release(self) -> None:
+        """Release everything on the device, and the samples."""
+        if self._cache is not None:
+            self._cache.close()
+        if self._parts is not None:
+            self._parts.release()
+        self._cache = self._parts = None
+
+    def _prepared(self, volume: LargeVolume) -> tuple[SampleCache, PartStore]:
+        """Return the samples and the textures of a volume; those of another one are forgotten."""
+        if self._cache is None or self._parts is None or self._cache.volume is not volume:
+            self.release()
+            textures = self._budget_of(volume)
+            of_textures = textures if is_software(self._context) else 0
+            self._cache = SampleCache(volume, max(volume.memory - of_textures, volume.memory // 2))
+            self._parts = PartStore(self._context, textures, self._watch)
+        return self._cache, self._parts
+
+    def _budget_of(self, volume: LargeVolume) -> int:
+        """Bytes for textures: a software driver's are in the machine's memory."""
+        return min(self._budget, int(volume.memory * _OF_MEMORY)) if is_software(self._context) else self._budget
+
+    def _read_ahead(
+        self, order: list[Brick], screen: Screen, cache: SampleCache, parts: PartStore, picture: _Picture
+    ) -> Any:
+        """Yield the bricks that are to be drawn, and whether each was asked for; the next ones are read meanwhile."""
+        waiting, ahead = deque(order), deque[tuple[Brick, bool]]()
+        while waiting or ahead:
+            while waiting and len(ahead) < _AHEAD:
+                brick = waiting[0]
+                if screen.hides(brick):
+                    waiting.popleft()
+                    continue
+                if ahead and screen.may_hide(brick, [each for each, _ in ahead]):
+                    break  # read only once it is known to be seen
+                if parts.known(brick, picture.texels(brick.level)):
+                    ahead.append((waiting.popleft(), False))
+                    continue
+                asked = cache.ask(brick.level, brick.stored_first, brick.stored_last)
+                if not asked and ahead:
+                    break
+                ahead.append((waiting.popleft(), asked))
+            if ahead:
+                yield ahead.popleft()
+
+    def _baked(
+        self, brick: Brick, asked: bool, cache: SampleCache, parts: PartStore, picture: _Picture, everything: bool
+    ) -> Part:
+        volume = cache.part(brick.level, brick.stored_first, brick.stored_last, asked)
+        with self._watch.timed("bake"):
+            baked, find_empty = picture.baked(volume)
+        return parts.added(brick, picture.texels(brick.level), baked, find_empty, everything)
+
+
+class _Picture:
+    """What all regions of a picture have in common."""
+
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], settings: Settings, volume: LargeVolume) -> None:
+        self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
+        reach = scene.gradient.reach if scene.needs_gradient else 0
+        self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
+        thickness = settings.slab_thickness
+        self.drawing = Drawing(
+            View(scene.camera, size, thickness, volume.centre),
+            (),
+            color_scale=color_scale_of((scene,)),
+            least_transmittance=settings.early_termination / most_light_of((scene,)),
+            cutting=scene.cutting,
+            depth_cue=scene.depth_cue,
+            slicing=settings.slicing,
+        )
+        self.texel_format = settings.texture_format
+        if self.texel_format == "auto":
+            self.texel_format = texel_format.cheapest_texel_format(
+                volume.overview, scene.medium, scene.classification, thickness
+            )
+        if scene.needs_gradient and scene.classification in ("post", "integrated"):
+            self.texel_format = "rgba32f"  # whose gradients need no scale that all parts have in common
+        if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
+            self.texel_format = "rgba32f"
+
+    def visible_bricks(self, regions: list[Region], levels: Levels) -> tuple[list[Brick], Drawn]:
+        """Return the bricks that may show anything, front to back."""
+        drawn, shown = Drawn(len(regions)), []
+        for region, level in zip(regions, levels, strict=True):
+            if region_shows(self.scene, self.size, self.volume, region, self.margin):
+                of_level = self.volume.levels[level]
+                shown.append(brick_of(region, of_level, level, self.volume.dimensions, self.margin))
+        drawn.empty = len(regions) - len(shown)
+        return bricks.visibility_order(shown, self.volume, self.scene.camera), drawn
+
+    def texels(self, level: int) -> tuple[Any, ...]:
+        """Return what the texels of a level are made of."""
+        scene = self.scene
+        light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
+        thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
+        return (self.volume, scene.medium, scene.classification, self.texel_format, thickness, f"{level}", *light)
+
+    def baked(self, volume: Any) -> tuple[BakedTexture, Any]:
+        """Return the texture of a part, and what prepares its empty space."""
+        scene = replace(self.scene, volume=volume)
+        baked = bake(scene, self.settings.slab_thickness, self.texel_format)
+
+        def find_empty(empty_space: EmptySpace) -> None:
+            steps = baked.steps if isinstance(baked, ValueTexture) else None
+            empty_space.prepare(volume, *shown_of(scene), None, steps)
+
+        return baked, find_empty if self.settings.skips(scene) else None
+
+    def bytes_of(self, order: list[Brick]) -> float:
+        """Return about how many bytes of texels all bricks have."""
+        per_sample = 4 if self.scene.classification in ("post", "integrated") else 16
+        return sum(float(np.prod(brick.texture_size)) for brick in order) * per_sample
+
+    def draw(self, compositor: Compositor, part: Part) -> None:
+        """Composite a part behind the picture so far."""
+        cells: tuple[Any, Any] = part.cells if part.skips is not None else ((1.0, 1.0, 1.0), (0.0, 0.0, 0.0))
+        lit_when_drawn = isinstance(part.baked, ValueTexture)
+        one = DrawnVolume(
+            self.volume,
+            part.baked,
+            part,
+            lambda brick: part.shown,
+            part.skips,
+            *cells,
+            lighting=self.scene.lighting if lit_when_drawn else None,
+        )
+        drawing = replace(self.drawing, volumes=(one,))
+        assert part.shown is not None
+        if self.volume.nearest:
+            draw_together(compositor, drawing, [part.brick], part.shown)
+        else:
+            draw_brick(compositor, drawing, part.brick, part.shown)
+
+
+def with_settled_light(scene: CompleteScene) -> CompleteScene:
+    """Return the scene whose light does not depend on the values of a part of the volume."""
+    if scene.lighting is None or scene.lighting.fade is not None:
+        return scene
+    known: CompleteScene | None = scene.__dict__.get("_settled_light")
+    if known is None:
+        known = replace(scene, lighting=replace(scene.lighting, fade=scene.lighting.fade_for(scene.volume)))
+        object.__setattr__(scene, "_settled_light", known)
+    return known

@@ -1,0 +1,152 @@
+"""What of a large volume may be seen, by the store's statistics, the camera, cuts, and what is opaque already."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.compositor import Compositor
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene
+from texvol.slicing.bricks import Brick
+from texvol.slicing.coverage import pixels_of
+from texvol.slicing.regions import Region
+
+Box = NDArray[np.float64]
+
+
+class Screen:
+    """Pixels that are opaque, so that nothing behind them has to be read."""
+
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], least_transmittance: float) -> None:
+        self._scene, self._size = scene, size
+        # A ray that lets no more through ends in front of it.
+        self._opaque_from = 1.0 - least_transmittance
+        deepest = float(scene.medium.extinctions.max()) * 2 * scene.volume.radius
+        graded = scene.medium.needs_gradient or scene.medium.glows or scene.cutting.caps
+        self._may_be_opaque = least_transmittance > 0 and (graded or deepest >= -math.log(least_transmittance))
+        self._opaque = np.zeros((size[1], size[0]), np.bool_)
+        self._known: dict[Brick, tuple[tuple[slice, slice], NDArray[np.bool_]]] = {}
+        self._changed = False
+        self._read: NDArray[np.float32] | None = None
+        self._compositor: Compositor | None = None
+        self.hidden = 0
+
+    def hides(self, brick: Brick) -> bool:
+        """True if all pixels that a brick may reach are opaque; it counts as hidden then."""
+        if not self._may_be_opaque:
+            return False
+        self._update()
+        where, mask = self._pixels(brick)
+        if (self._opaque[where] | ~mask).all():
+            self.hidden += 1
+            return True
+        return False
+
+    def may_hide(self, brick: Brick, before: Sequence[Brick]) -> bool:
+        """True if bricks that are not drawn yet may make all pixels opaque that a brick may reach."""
+        if not self._may_be_opaque:
+            return False
+        pending = self._opaque.copy()
+        for each in before:
+            where, mask = self._pixels(each)
+            pending[where] |= mask
+        where, mask = self._pixels(brick)
+        return bool((pending[where] | ~mask).all())
+
+    def has_drawn(self, compositor: Compositor, brick: Brick) -> None:
+        """Remember that a brick has been drawn."""
+        self._compositor, self._changed = compositor, True
+        self._known.pop(brick, None)
+
+    def _update(self) -> None:
+        if self._changed and self._compositor is not None:
+            self._opaque = self._compositor.opacity() >= self._opaque_from
+            self._changed = False
+
+    def _pixels(self, brick: Brick) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
+        if brick not in self._known:
+            part = np.clip(brick.stored_box, 0, 1)
+            self._known[brick] = pixels_of(self._scene.volume, self._scene.camera, self._size, part)
+        return self._known[brick]
+
+
+def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int) -> NDArray[np.bool_] | None:
+    """Return which chunks of a level may show anything, shape (cz, cy, cx); None where nothing is known."""
+    shows = _chunks_that_show(scene, volume)
+    if shows is None:
+        return None
+    statistics = volume.levels[0].statistics
+    assert statistics is not None
+    own = volume.levels[level]
+    chunk = np.array(own.source.chunk_shape)
+    count = -(-np.array(own.source.shape) // chunk)
+    factor, first = np.array(own.factor)[::-1], np.array(own.first)[::-1]
+    needed = np.zeros(count, np.bool_)
+    # Samples of level 0 that the chunks that show, and the next samples around, span in samples of this level.
+    fine = np.array(statistics.chunk_shape)
+    positions = np.argwhere(shows)
+    low = (positions * fine - 1 - first) / factor - 1
+    high = ((positions + 1) * fine - first) / factor + 1
+    starts = np.clip(np.floor(low / chunk), 0, count - 1).astype(int)
+    stops = np.clip(np.floor(high / chunk) + 1, 1, count).astype(int)
+    for start, stop in zip(starts, stops, strict=True):
+        needed[tuple(slice(a, b) for a, b in zip(start, stop, strict=True))] = True
+    return needed
+
+
+def region_shows(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region, margin: Box) -> bool:
+    """True unless a region is known to show nothing: empty, cut away, or off the screen.
+
+    `margin` is what its outermost slabs reach beyond it, in samples along x, y, z.
+    """
+    box = region.box(volume.dimensions)
+    if _is_cut_away(scene, volume, box + np.outer([-1, 1], margin / np.array(volume.dimensions))):
+        return False
+    shows = _chunks_that_show(scene, volume)
+    if shows is not None:
+        statistics = volume.levels[0].statistics
+        assert statistics is not None
+        chunk = statistics.chunk_shape
+        ends = zip(region.first[::-1], region.last[::-1], chunk, strict=True)
+        # Beyond the region lies what its outermost slabs are interpolated from.
+        where = tuple(slice(max(a - 1, 0) // n, -(-(b + 1) // n)) for a, b, n in ends)
+        if not shows[where].any():
+            return False
+    (_, columns), _ = pixels_of(volume, scene.camera, size, box)
+    return columns.stop > columns.start
+
+
+def _chunks_that_show(scene: CompleteScene, volume: LargeVolume) -> NDArray[np.bool_] | None:
+    """Return which chunks of level 0 may show anything, shape (cz, cy, cx); None where nothing is known."""
+    statistics = volume.levels[0].statistics
+    if statistics is None:
+        return None
+    known: tuple[object, NDArray[np.bool_]] | None = scene.__dict__.get("_chunks_that_show")
+    if known is None or known[0] is not volume:
+        medium = scene.medium
+        shows = medium.shows_between(statistics.lowest_around, statistics.highest_around, np.inf)
+        if scene.needs_gradient:
+            shows = _spread(shows)  # what is lit or graded there depends on samples farther away
+        known = volume, shows
+        object.__setattr__(scene, "_chunks_that_show", known)
+    return known[1]
+
+
+def _spread(shows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    padded = np.pad(shows, 1)
+    for axis in range(3):
+        padded = padded | np.roll(padded, 1, axis) | np.roll(padded, -1, axis)
+    return padded[1:-1, 1:-1, 1:-1]
+
+
+def _is_cut_away(scene: CompleteScene, volume: LargeVolume, box: Box) -> bool:
+    normals, distances = scene.cutting.half_spaces(volume)
+    if not len(normals):
+        return False
+    bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
+    corners = (np.take_along_axis(box, bits, axis=0) - 0.5) @ volume.box_edges.T
+    return bool(((normals @ corners.T).max(axis=1) < distances).any())
