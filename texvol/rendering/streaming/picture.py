@@ -12,6 +12,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -32,11 +33,13 @@ from texvol.rendering.streaming.visibility import Screen, needed_chunks, region_
 from texvol.rendering.volume_cache import shown_of
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
+from texvol.scene.volume import Volume
 from texvol.slicing import bricks
 from texvol.slicing.bricks import Brick
 from texvol.slicing.regions import Region, brick_of, margin_of, regions_of
-from texvol.textures import texel_format
-from texvol.textures.shaded_samples import seen_from
+from texvol.textures import slab_texture, texel_format
+from texvol.textures.distribution import Smoothed, deviations
+from texvol.textures.shaded_samples import Spread, medium_of_samples, seen_from
 from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.statistics import median
@@ -220,7 +223,7 @@ class StreamedPictures:
     ) -> Part:
         volume = cache.part(brick.level, brick.stored_first, brick.stored_last, asked)
         with self._watch.timed("bake"):
-            baked, find_empty = picture.baked(volume)
+            baked, find_empty = picture.baked(volume, brick)
         return parts.added(brick, picture.texels(brick.level), baked, find_empty, everything)
 
 
@@ -268,9 +271,11 @@ class _Picture:
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
         return (self.volume, scene.medium, scene.classification, self.texel_format, thickness, f"{level}", *light)
 
-    def baked(self, volume: Any) -> tuple[BakedTexture, Any]:
+    def baked(self, volume: Volume, brick: Brick) -> tuple[BakedTexture, Any]:
         """Return the texture of a part, and what prepares its empty space."""
         scene = replace(self.scene, volume=volume)
+        if brick.level and not volume.nearest:
+            return self._of_distributions(scene, brick), None
         baked = bake(scene, self.settings.slab_thickness, self.texel_format)
 
         def find_empty(empty_space: EmptySpace) -> None:
@@ -278,6 +283,25 @@ class _Picture:
             empty_space.prepare(volume, *shown_of(scene), None, steps)
 
         return baked, find_empty if self.settings.skips(scene) else None
+
+    def _of_distributions(self, scene: CompleteScene, brick: Brick) -> BakedTexture:
+        """Return the texture of a part of a coarse level."""
+        spread = Spread(self.smoothed, deviations(self.volume, scene.volume, brick))
+        return slab_texture.bake(
+            scene.volume,
+            scene.medium,
+            "extinction",
+            self.settings.slab_thickness,
+            "rgba32f",
+            partial(medium_of_samples, scene, None, spread=spread),
+            scene.lighting,
+            most=None if scene.medium.needs_gradient else self.smoothed.largest,
+        )
+
+    @cached_property
+    def smoothed(self) -> Smoothed:
+        """The transfer function, smoothed for coarse levels."""
+        return Smoothed(self.scene.medium, self.volume.smallest_spacing)
 
     def bytes_of(self, order: list[Brick]) -> float:
         """Return about how many bytes of texels all bricks have."""
