@@ -69,14 +69,19 @@ def brick_of(region: Region, level: Level, number: int, dimensions: Triple, marg
     dimensions : (nx, ny, nz)
         Of level 0.
     margin : array of shape (3,)
-        What is needed beyond the region and the next samples, in samples of level 0 along x, y, z.
+        What is needed beyond the region and the next samples, in samples of level 0 along x, y, z. Of a coarse level
+        nothing is: its samples beyond the region are means of what other regions show.
     """
     factor, offset = np.array(level.factor), np.array(level.first)
-    low = (np.array(region.first) - 0.5 - margin - offset) / factor
-    high = (np.array(region.last) - 0.5 + margin - offset) / factor
+    low = (np.array(region.first) - 0.5 - offset) / factor
+    high = (np.array(region.last) - 0.5 - offset) / factor
     count = np.array(level.source.shape[::-1])
-    first = np.clip(np.floor(low), 0, count - 1).astype(int)
-    last = np.clip(np.floor(high) + 2, first + 1, count).astype(int)
+    if number:
+        first, last = np.floor(low + 0.75), np.floor(high + 0.75)
+    else:
+        first, last = np.floor(low - margin), np.floor(high + margin) + 2
+    first = np.clip(first, 0, count - 1).astype(int)
+    last = np.clip(last, first + 1, count).astype(int)
     return Brick(
         region.position,
         region.first,

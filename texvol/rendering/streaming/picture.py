@@ -135,7 +135,8 @@ class StreamedPictures:
         compositor.begin(drawing, settings.target_format)
         regions = self.regions(volume)
         order, self.drawn = picture.visible_bricks(regions, levels or [0] * len(regions))
-        cache.need([needed_chunks(picture.scene, volume, number) for number in range(len(volume.levels))])
+        numbers = range(len(volume.levels))
+        cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
         screen = Screen(picture.scene, size, drawing.least_transmittance)
         everything = picture.bytes_of(order) <= self._budget_of(volume)
         for brick, asked in self._read_ahead(order, screen, cache, parts, picture):
@@ -234,6 +235,8 @@ class _Picture:
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
+        # Between the ends of a slab `integrated` shows what lies anywhere in it.
+        self.beyond = self.margin if scene.classification == "integrated" else np.zeros(3)
         thickness = settings.slab_thickness
         self.drawing = Drawing(
             View(scene.camera, size, thickness, volume.centre),
@@ -258,7 +261,7 @@ class _Picture:
         """Return the bricks that may show anything, front to back."""
         drawn, shown = Drawn(len(regions)), []
         for region, level in zip(regions, levels, strict=True):
-            if region_shows(self.scene, self.size, self.volume, region, self.margin):
+            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond):
                 of_level = self.volume.levels[level]
                 shown.append(brick_of(region, of_level, level, self.volume.dimensions, self.margin))
         drawn.empty = len(regions) - len(shown)

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 import time
 from collections import Counter, OrderedDict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from itertools import product
@@ -21,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.large_volume import LargeVolume, Triple
+from texvol.scene.large_volume import Box, LargeVolume, SampleSource, Triple
 from texvol.scene.volume import Volume
 from texvol.util.errors import NoRoomError
 
@@ -35,10 +34,24 @@ class Reading:
     """What has been read."""
 
     chunks_decoded: int = 0
-    blocks_read: int = 0
-    hits: int = 0  # blocks that were there when they were wanted
+    hits: int = 0  # blocks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
+
+
+class _Held:
+    """A block in memory: its samples, which of its chunks are there or on the way, and what is on the way."""
+
+    def __init__(self, low: Triple, high: Triple, chunk: Triple, dtype: np.dtype) -> None:
+        self.low, self.high = low, high
+        self.values = np.empty([b - a for a, b in zip(low, high, strict=True)], dtype)
+        self.asked = np.zeros([-(-(b - a) // n) for a, b, n in zip(low, high, chunk, strict=True)], np.bool_)
+        self.coming: list[Future[None]] = []
+
+    @property
+    def is_there(self) -> bool:
+        """True if nothing is on the way."""
+        return all(each.done() for each in self.coming)
 
 
 class SampleCache:
@@ -57,38 +70,33 @@ class SampleCache:
         self.block_shapes = [_block_shape(level.source.chunk_shape, level.source.dtype) for level in volume.levels]
         threads = min(_MOST_THREADS, (os.cpu_count() or 1) + 1)
         self._pool = ThreadPoolExecutor(threads, "texvol-read")
-        self._blocks: OrderedDict[Block, Future[NDArray]] = OrderedDict()
+        self._blocks: OrderedDict[Block, _Held] = OrderedDict()
         self._bytes = 0
         self._wanted: Counter[Block] = Counter()  # asked for, and not used yet
-        self._lock = threading.Lock()
         self._first_bytes = self._bytes_of_sources()
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
         """Say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
 
-        The others are not read: their samples become the least value that the store's statistics tell. What is in
-        memory stays if it has what matters.
+        The others are not read: their samples become the least value that the store's statistics tell.
         """
         for level, (before, now) in enumerate(zip(self._needed, chunks, strict=True)):
             if before is None or (now is not None and not (now & ~before).any()):
                 continue
             for block in [block for block in self._blocks if block[0] == level]:
                 self._forget(block)
-            self._needed[level] = now
-        if not self._blocks:
-            self._needed = list(chunks)
+        self._needed = list(chunks)
 
     def ask(self, level: int, first: Triple, last: Triple) -> bool:
         """Begin to read what a part needs, for `part` later; False if there is no room for it now."""
-        blocks = list(self._blocks_of(level, first, last))
-        needed = sum(self._bytes_of(block) for block in blocks if block not in self._blocks)
+        blocks = self._blocks_of(level, first, last)
         self._wanted.update(blocks)
-        if not self._make_room(needed):
+        if not self._make_room(blocks):
             self._wanted.subtract(blocks)
             return False
         for block in blocks:
-            self._begin(block)
+            self._begin(block, first, last)
         return True
 
     def part(self, level: int, first: Triple, last: Triple, asked: bool) -> Volume:
@@ -106,15 +114,20 @@ class SampleCache:
         NoRoomError
             If the budget has no room for one part.
         """
-        blocks = list(self._blocks_of(level, first, last))
+        blocks = self._blocks_of(level, first, last)
         if not asked:
             self._wanted.update(blocks)
         try:
-            values = self._assembled(level, first, last, blocks)
+            if not self._make_room(blocks):
+                whole = sum(self._bytes_of(block) for block in blocks)
+                raise NoRoomError(
+                    f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of samples of one brick "
+                    f"and its margin, got {self.room / 1e6:.3g} MB"
+                )
+            return self.volume.placed(level, first, self._assembled(level, first, last, blocks))
         finally:
             self._wanted.subtract(blocks)
             self._wanted += Counter()  # without those that nobody wants
-        return self.volume.placed(level, first, values)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -129,97 +142,87 @@ class SampleCache:
         self._bytes = 0
 
     def _assembled(self, level: int, first: Triple, last: Triple, blocks: list[Block]) -> NDArray:
-        source = self.volume.levels[level].source
-        self.reading.hits += sum(block in self._blocks for block in blocks)
-        needed = sum(self._bytes_of(block) for block in blocks if block not in self._blocks)
-        if not self._make_room(needed):
-            whole = sum(self._bytes_of(block) for block in blocks)
-            raise NoRoomError(
-                f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of samples of one brick and "
-                f"its margin, got {self.room / 1e6:.3g} MB"
-            )
         for block in blocks:
-            self._begin(block)
+            self.reading.hits += not self._begin(block, first, last)
         start = np.array(first[::-1])
-        values = np.empty(tuple(np.array(last[::-1]) - start), source.dtype)
+        values = np.empty(tuple(np.array(last[::-1]) - start), self.volume.levels[level].source.dtype)
         for block in blocks:
-            future = self._blocks[block]
+            held = self._blocks[block]
             self._blocks.move_to_end(block)
-            low, high = self._box_of(block)
-            inner = tuple(
-                slice(max(a, s), min(b, s + n)) for a, b, s, n in zip(low, high, start, values.shape, strict=True)
-            )
+            self._wait_for(block, held)
+            ends = zip(held.low, held.high, start, values.shape, strict=True)
+            inner = [slice(max(a, s), min(b, s + n)) for a, b, s, n in ends]
             into = tuple(slice(i.start - s, i.stop - s) for i, s in zip(inner, start, strict=True))
-            values[into] = self._samples(future)[
-                tuple(slice(i.start - a, i.stop - a) for i, a in zip(inner, low, strict=True))
+            values[into] = held.values[
+                tuple(slice(i.start - a, i.stop - a) for i, a in zip(inner, held.low, strict=True))
             ]
         return values
 
-    def _samples(self, future: Future[NDArray]) -> NDArray:
-        if future.done():
-            return future.result()
-        start = time.perf_counter()
+    def _wait_for(self, block: Block, held: _Held) -> None:
+        start = None if held.is_there else time.perf_counter()
         try:
-            return future.result()
+            for each in held.coming:
+                each.result()
+            held.coming.clear()
+        except BaseException:
+            self._forget(block)  # so that the next picture tries again
+            raise
         finally:
-            self.reading.seconds_waited += time.perf_counter() - start
+            if start is not None:
+                self.reading.seconds_waited += time.perf_counter() - start
 
-    def _begin(self, block: Block) -> None:
-        if block in self._blocks:
-            return
-        low, high = self._box_of(block)
-        self._bytes += self._bytes_of(block)
-        self.reading.peak_bytes = max(self.reading.peak_bytes, self._bytes)
-        self.reading.blocks_read += 1
-        self._blocks[block] = self._pool.submit(self._read, block[0], low, high)
-
-    def _read(self, level: int, low: Triple, high: Triple) -> NDArray:
-        """Read a block, without the chunks that do not matter."""
+    def _begin(self, block: Block, first: Triple, last: Triple) -> bool:
+        """Begin to read the chunks of a block that a part needs; False if they are there or on the way."""
+        level = block[0]
         own = self.volume.levels[level]
-        chunk, needed = own.source.chunk_shape, self._needed[level]
-        first = [a // n for a, n in zip(low, chunk, strict=True)]
-        last = [-(-b // n) for b, n in zip(high, chunk, strict=True)]
-        z, y, x = (slice(a, b) for a, b in zip(first, last, strict=True))
-        matters = (
-            np.ones([b - a for a, b in zip(first, last, strict=True)], bool) if needed is None else needed[z, y, x]
-        )
-        with self._lock:
-            self.reading.chunks_decoded += int(matters.sum())
-        if matters.all():
-            z, y, x = (slice(a, b) for a, b in zip(low, high, strict=True))
-            return own.source.read((z, y, x))
-        assert own.statistics is not None, "what does not matter is known from statistics"
-        values = np.empty([b - a for a, b in zip(low, high, strict=True)], own.source.dtype)
-        least = own.statistics.minimum[z, y, x].astype(own.source.dtype)
-        for position in np.ndindex(*matters.shape):
-            ends = [
-                (max(n * (f + p), a), min(n * (f + p + 1), b))
-                for n, f, p, a, b in zip(chunk, first, position, low, high, strict=True)
-            ]
-            into = tuple(slice(start - a, stop - a) for (start, stop), a in zip(ends, low, strict=True))
-            box = slice(*ends[0]), slice(*ends[1]), slice(*ends[2])
-            values[into] = own.source.read(box) if matters[position] else least[position]
-        return values
+        chunk = own.source.chunk_shape
+        if block not in self._blocks:
+            low, high = self._box_of(block)
+            self._blocks[block] = _Held(low, high, chunk, own.source.dtype)
+            self._bytes += self._bytes_of(block)
+            self.reading.peak_bytes = max(self.reading.peak_bytes, self._bytes)
+        held = self._blocks[block]
+        wanted = zip(first[::-1], last[::-1], held.low, held.high, chunk, strict=True)
+        box = tuple(slice((max(a, low) - low) // n, -(-(min(b, high) - low) // n)) for a, b, low, high, n in wanted)
+        missing = np.zeros_like(held.asked)
+        missing[box] = ~held.asked[box]
+        if not missing.any():
+            return False
+        held.asked |= missing
+        needed = self._needed[level]
+        offset = [a // n for a, n in zip(held.low, chunk, strict=True)]
+        if needed is not None:
+            at = tuple(slice(o, o + n) for o, n in zip(offset, missing.shape, strict=True))
+            assert own.statistics is not None, "what does not matter is known from statistics"
+            for position in np.argwhere(missing & ~needed[at]).tolist():
+                least = own.statistics.minimum[tuple(a + b for a, b in zip(position, offset, strict=True))]
+                held.values[_in_block(held, chunk, position, [each + 1 for each in position])] = least
+            missing &= needed[at]
+        self.reading.chunks_decoded += int(missing.sum())
+        for ends in _boxes_of(missing):
+            held.coming.append(self._pool.submit(_read, own.source, held, _in_block(held, chunk, *ends)))
+        return True
 
-    def _make_room(self, needed: int) -> bool:
-        """Let blocks go that nobody wants until there is room; False if that is not enough."""
+    def _make_room(self, blocks: list[Block]) -> bool:
+        """Let blocks go that nobody wants until there is room for some; False if that is not enough."""
+        needed = sum(self._bytes_of(block) for block in blocks if block not in self._blocks)
         if self._bytes + needed <= self.room:
             return True
         for block in list(self._blocks):
-            if self._wanted[block] <= 0 and self._blocks[block].done():
+            if self._wanted[block] <= 0 and self._blocks[block].is_there:
                 self._forget(block)
                 if self._bytes + needed <= self.room:
                     return True
         return False
 
     def _forget(self, block: Block) -> None:
-        self._blocks.pop(block).cancel()
+        del self._blocks[block]
         self._bytes -= self._bytes_of(block)
 
-    def _blocks_of(self, level: int, first: Triple, last: Triple) -> Iterator[Block]:
+    def _blocks_of(self, level: int, first: Triple, last: Triple) -> list[Block]:
         shape = self.block_shapes[level]
         axes = [range(a // n, -(-b // n)) for a, b, n in zip(first[::-1], last[::-1], shape, strict=True)]
-        return ((level, z, y, x) for z, y, x in product(*axes))
+        return [(level, z, y, x) for z, y, x in product(*axes)]
 
     def _box_of(self, block: Block) -> tuple[Triple, Triple]:
         """First and last sample of a block along z, y, x."""
@@ -235,6 +238,30 @@ class SampleCache:
 
     def _bytes_of_sources(self) -> int:
         return sum({id(level.source): level.source.bytes_read for level in self.volume.levels}.values())
+
+
+def _read(source: SampleSource, held: _Held, box: Box) -> None:
+    """Read a box of a block's samples into it."""
+    z, y, x = (slice(a.start + low, a.stop + low) for a, low in zip(box, held.low, strict=True))
+    held.values[box] = source.read((z, y, x))
+
+
+def _in_block(held: _Held, chunk: Triple, low: Sequence[int], high: Sequence[int]) -> Box:
+    """Return the samples of a block, counted from its first, that are those of some of its chunks."""
+    ends = zip(low, high, chunk, held.values.shape, strict=True)
+    z, y, x = (slice(int(a) * n, min(int(b) * n, most)) for a, b, n, most in ends)
+    return z, y, x
+
+
+def _boxes_of(chunks: NDArray[np.bool_]) -> list[tuple[list[int], list[int]]]:
+    """Return first and last chunk of boxes of chunks: one for all if they fill it, else one for each chunk."""
+    positions = np.argwhere(chunks)
+    if not len(positions):
+        return []
+    low, high = positions.min(axis=0), positions.max(axis=0) + 1
+    if chunks[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].all():
+        return [(low.tolist(), high.tolist())]
+    return [(position.tolist(), (position + 1).tolist()) for position in positions]
 
 
 def _block_shape(chunk_shape: Triple, dtype: np.dtype) -> Triple:

@@ -74,8 +74,12 @@ class Screen:
         return self._known[brick]
 
 
-def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int) -> NDArray[np.bool_] | None:
-    """Return which chunks of a level may show anything, shape (cz, cy, cx); None where nothing is known."""
+def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond: Box) -> NDArray[np.bool_] | None:
+    """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known.
+
+    `beyond` is how far matter is seen from its place, in samples of level 0 along x, y, z. Where nothing shows in a
+    chunk nothing shows between its samples and the next ones around, whatever its own samples are.
+    """
     shows = _chunks_that_show(scene, volume)
     if shows is None:
         return None
@@ -86,22 +90,24 @@ def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int) -> NDAr
     count = -(-np.array(own.source.shape) // chunk)
     factor, first = np.array(own.factor)[::-1], np.array(own.first)[::-1]
     needed = np.zeros(count, np.bool_)
-    # Samples of level 0 that the chunks that show, and the next samples around, span in samples of this level.
     fine = np.array(statistics.chunk_shape)
     positions = np.argwhere(shows)
-    low = (positions * fine - 1 - first) / factor - 1
-    high = ((positions + 1) * fine - first) / factor + 1
-    starts = np.clip(np.floor(low / chunk), 0, count - 1).astype(int)
-    stops = np.clip(np.floor(high / chunk) + 1, 1, count).astype(int)
+    low = (positions * fine - beyond[::-1] - 0.5 - first) / factor + 0.5
+    high = ((positions + 1) * fine + beyond[::-1] - 0.5 - first) / factor + 0.5
+    starts = np.clip(np.floor((low + 1e-6) / chunk), 0, count - 1).astype(int)
+    stops = np.clip(np.ceil((high - 1e-6) / chunk), 1, count).astype(int)
     for start, stop in zip(starts, stops, strict=True):
         needed[tuple(slice(a, b) for a, b in zip(start, stop, strict=True))] = True
     return needed
 
 
-def region_shows(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region, margin: Box) -> bool:
+def region_shows(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region, margin: Box, beyond: Box
+) -> bool:
     """True unless a region is known to show nothing: empty, cut away, or off the screen.
 
-    `margin` is what its outermost slabs reach beyond it, in samples along x, y, z.
+    `margin` is what its outermost slabs reach beyond it, `beyond` how far matter is seen from its place, both in
+    samples along x, y, z.
     """
     box = region.box(volume.dimensions)
     if _is_cut_away(scene, volume, box + np.outer([-1, 1], margin / np.array(volume.dimensions))):
@@ -111,9 +117,9 @@ def region_shows(scene: CompleteScene, size: tuple[int, int], volume: LargeVolum
         statistics = volume.levels[0].statistics
         assert statistics is not None
         chunk = statistics.chunk_shape
-        ends = zip(region.first[::-1], region.last[::-1], chunk, strict=True)
-        # Beyond the region lies what its outermost slabs are interpolated from.
-        where = tuple(slice(max(a - 1, 0) // n, -(-(b + 1) // n)) for a, b, n in ends)
+        reach = np.ceil(beyond).astype(int)
+        ends = zip(region.first[::-1], region.last[::-1], chunk, reach[::-1].tolist(), strict=True)
+        where = tuple(slice(max(a - more, 0) // n, -(-(b + more) // n)) for a, b, n, more in ends)
         if not shows[where].any():
             return False
     (_, columns), _ = pixels_of(volume, scene.camera, size, box)

@@ -1,0 +1,137 @@
+"""Level of each region: as fine as pixels can show, or the coarsest that keeps an error.
+
+*By pixels.* A level is as fine as a region's nearest pixel can show if its samples lie no farther apart than pixels do.
+
+*By error.* Where a region is drawn from a coarse level its medium is the mean one (`texvol.textures.distribution`),
+and rays that pass it at one position meet another. What they meet differs at most by the range of the medium, over the
+values in a chunk, on the length h of a coarse sample, if the values differ in a few places only; and if they differ
+everywhere, in each of the chunk's n coarse samples on the ray, with either sign,
+
+    moved <= h max(range, slope sqrt(variance n))
+
+with the steepest slope of q or τ in the chunk's range of values. What regions behind each other move is to be at most
+E: squares add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.large_volume import ChunkStatistics, LargeVolume
+from texvol.scene.scene import CompleteScene
+from texvol.scene.transfer import TransferFunction
+from texvol.slicing.regions import Region
+
+_NODES = 4096  # values at which a transfer function is looked at
+Numbers = NDArray[np.float64]
+
+
+def levels_by_pixels(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: Sequence[Region], finest: int | None
+) -> list[int]:
+    """Return the level of each region that is as fine as pixels can show.
+
+    Parameters
+    ----------
+    finest : int, optional
+        Level of the nearest region; as its pixels can show by default.
+    """
+    apart = [_pixel_distance(scene, size, volume, region) for region in regions]
+    if finest is not None:
+        nearest = min(apart, default=1.0)
+        own = float((volume.spacing * volume.levels[finest].factor).min())
+        apart = [own * each / nearest if nearest > 0 else 0.0 for each in apart]
+    return [_level_of(volume, each) for each in apart]
+
+
+def finest_by_pixels(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: Sequence[Region]
+) -> int:
+    """Return the finest level that any region's pixels can show."""
+    return min(levels_by_pixels(scene, size, volume, regions, None), default=0)
+
+
+def levels_by_error(
+    scene: CompleteScene, volume: LargeVolume, regions: Sequence[Region], max_error: float
+) -> list[int]:
+    """Return the coarsest level of each region with which the picture is predicted to keep an error.
+
+    A store without statistics is drawn from its finest level, since nothing is known of what the others lack.
+    """
+    statistics = volume.levels[0].statistics
+    if statistics is None:
+        return [0] * len(regions)
+    ranges, sums = _moved_media(scene, volume, statistics)
+    behind = float(max(len({region.position[axis] for region in regions}) for axis in range(3)))
+    of_each = max_error / np.sqrt(behind)
+    coarse = [float((volume.spacing * level.factor).max()) for level in volume.levels]
+    longest = float((np.array(statistics.chunk_shape[::-1]) * volume.spacing).max())
+    levels = []
+    for region in regions:
+        chunks = tuple(
+            slice(a // n, -(-b // n))
+            for a, b, n in zip(region.first[::-1], region.last[::-1], statistics.chunk_shape, strict=True)
+        )
+        span, slope = float(ranges[chunks].max()), float(sums[chunks].max())
+        moved = [h * max(span, slope * np.sqrt(max(longest / h, 1.0))) for h in coarse]
+        levels.append(max([0, *(number for number, each in enumerate(moved) if each <= of_each)]))
+    return levels
+
+
+def _moved_media(scene: CompleteScene, volume: LargeVolume, statistics: ChunkStatistics) -> tuple[Numbers, Numbers]:
+    """Return the range of the medium in each chunk, and slope times deviation, per world unit, shape (cz, cy, cx)."""
+    light = max(scene.lighting.brightest, 1.0) if scene.lighting else 1.0
+    low = np.nan_to_num(statistics.lowest_around, nan=0.0)
+    high = np.nan_to_num(statistics.highest_around, nan=0.0)
+    slope, span = _slopes_and_ranges(scene.medium, low, high)
+    deviation = np.sqrt(np.nan_to_num(statistics.variance))
+    with np.errstate(invalid="ignore", over="ignore"):
+        sums = np.where(deviation > 0, np.minimum(slope * deviation, span), 0.0)
+    return light * span, light * sums
+
+
+def _slopes_and_ranges(function: TransferFunction, low: Numbers, high: Numbers) -> tuple[Numbers, Numbers]:
+    """Return the steepest slope and the range of any of q and τ between two values, of the shape of these."""
+    values = function.values
+    nodes = np.unique(np.concatenate([values, np.linspace(values[0], values[-1], _NODES)]))
+    emission, extinction = function.classify(nodes)
+    medium = np.column_stack([emission, extinction])
+    medium = np.where(np.isinf(medium), 1e30, medium)
+    gaps = np.diff(nodes)
+    slopes = np.abs(np.diff(medium, axis=0)).max(axis=1) / np.where(gaps > 0, gaps, 1.0)
+    steps = np.flatnonzero(np.diff(values) == 0)
+    first = np.clip(np.searchsorted(nodes, low, side="right") - 1, 0, len(nodes) - 1)
+    last = np.clip(np.searchsorted(nodes, high, side="left"), 0, len(nodes) - 1)
+    slope, span = np.zeros(low.shape), np.zeros(low.shape)
+    for index in np.ndindex(*low.shape):
+        a, b = int(first[index]), int(last[index])
+        if b > a:
+            slope[index] = slopes[a:b].max()
+            span[index] = np.ptp(medium[a : b + 1], axis=0).max()
+        if any(low[index] <= values[step] <= high[index] for step in steps):
+            slope[index] = np.inf
+    return slope, span
+
+
+def _level_of(volume: LargeVolume, apart: float) -> int:
+    """Return the coarsest level whose samples lie no farther apart than so many world units."""
+    fitting = [
+        n for n, level in enumerate(volume.levels) if (volume.spacing * level.factor).max() <= apart * (1 + 1e-9)
+    ]
+    return max(fitting, default=0)
+
+
+def _pixel_distance(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region) -> float:
+    """Return how far pixels are apart where a region is nearest, world units; 0 at the eye."""
+    camera = scene.camera
+    per_pixel = 2 * camera.half_height / size[1]
+    if camera.projection == "orthographic":
+        return float(per_pixel)
+    box = region.box(volume.dimensions)
+    bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
+    corners = volume.centre + (np.take_along_axis(box, bits, axis=0) - 0.5) @ volume.box_edges.T
+    depth = float(((corners - np.array(camera.eye)) @ camera.forward).min())
+    return float(max(depth, 0.0) * per_pixel)
