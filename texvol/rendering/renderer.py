@@ -20,15 +20,22 @@ from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.model_error import AskedOfModel, model_error
 from texvol.rendering.pictures import Pictures, PicturesInMemory
 from texvol.rendering.render import over_background
-from texvol.rendering.settings import Settings, checked, checked_slicing, checked_target, checked_termination
+from texvol.rendering.settings import (
+    Settings,
+    checked,
+    checked_format,
+    checked_slicing,
+    checked_target,
+    checked_termination,
+)
 from texvol.rendering.streaming.kinds import in_parts_or_memory
+from texvol.rendering.streaming.levels import with_levels
 from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import Slicing, slabs_crossed
-from texvol.textures import slab_texture
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError, check_type
 
@@ -107,6 +114,7 @@ class Renderer:
         slicing: Slicing = "stacks",
         texture_refinement: int | str | None = None,
         of: str = "own",
+        level: int | str = "auto",
         views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
@@ -146,6 +154,10 @@ class Renderer:
             nearer to that of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures'
             memory has room, and texels take at most some 0.3 seconds. By default 1; as in "auto" if a scene of
             classification auto is drawn by slab.
+        level : int or "auto"
+            Level of a `LargeVolume` that is drawn, 0 the finest. "auto" is as fine as pixels can show, and no farther
+            apart than slabs whose thickness was asked for; with `max_error` the coarsest for each region that keeps
+            half of that error against the finest, by prediction.
         views : int
             Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
             of them is no dearer.
@@ -169,11 +181,9 @@ class Renderer:
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
         scene = _drawable(scene, size, texture_refinement)
-        if texture_format not in ("auto", *slab_texture.TEXEL_FORMATS):
-            raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
-        formats = texture_format, checked_target(target_format, scene.mode)
+        formats = checked_format(texture_format), checked_target(target_format, scene.mode)
         settings = Settings(wanted, *formats, termination, skip_empty, slicing)
         asked = AskedOfModel(texture_refinement, max_error, of)
         with self._context:
@@ -182,6 +192,7 @@ class Renderer:
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
+        settings = with_levels(complete, size, settings, level, max_error, slab_thickness or sampling_rate)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:
@@ -190,9 +201,10 @@ class Renderer:
             if own_error is not None:
                 # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                choice = self._error_search.choose(complete, size, settings, own_error)
+                of_levels = settings.level_error or 0.0
+                choice = self._error_search.choose(complete, size, settings, own_error - of_levels)
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
-                picture, self._estimate = choice.picture, choice.estimated_error
+                picture, self._estimate = choice.picture, choice.estimated_error + of_levels
                 self._watch.seconds, pictures.bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)

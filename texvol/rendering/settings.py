@@ -30,6 +30,8 @@ class Settings:
     skip_empty: bool
     slicing: str = "stacks"
     texture_refinement: int = 1  # texels along an axis for a sample
+    level: int = 0  # of the part of a large volume that is nearest to the eye, or of all of it
+    level_error: float | None = None  # that coarser levels of its parts may have
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""
@@ -55,6 +57,19 @@ def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | N
         return float("nan")
     thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
     return min(thickness, 2 * scene.box.radius)  # the box is no thicker
+
+
+def checked_format(texture_format: str) -> str:
+    """Return the format of the 3D texture.
+
+    Raises
+    ------
+    InputError
+        If there is no such format.
+    """
+    if texture_format not in ("auto", *TEXEL_FORMATS):
+        raise InputError(f"texture format must be auto, rgba8, rgba16f or rgba32f, got {texture_format!r}")
+    return texture_format
 
 
 def checked_termination(early_termination: float | None, max_error: float | None) -> float:

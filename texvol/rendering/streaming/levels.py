@@ -19,15 +19,17 @@ error of 1/100 is kept by coarse levels where the medium hardly changes, or is h
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.settings import Settings
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.regions import Region
+from texvol.util.errors import InputError
 
 _NODES = 4096  # values at which a transfer function is looked at
 Numbers = NDArray[np.float64]
@@ -55,11 +57,69 @@ def levels_by_pixels(
     ]
 
 
-def finest_by_pixels(
-    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: Sequence[Region]
-) -> int:
-    """Return the finest level that any region's pixels can show."""
-    return min(levels_by_pixels(scene, size, volume, regions, None), default=0)
+def with_levels(
+    scene: CompleteScene,
+    size: tuple[int, int],
+    settings: Settings,
+    level: int | str,
+    max_error: float | None,
+    thickness_asked_for: float | None,
+) -> Settings:
+    """Return the settings with the levels of a large volume, and slabs as thick as these need.
+
+    Parameters
+    ----------
+    level : int or "auto"
+        That was asked for.
+    max_error : float, optional
+        Of the whole picture; levels may have half of it.
+    thickness_asked_for : float, optional
+        Anything but None if the slabs' thickness was asked for.
+
+    Raises
+    ------
+    InputError
+        If there is no such level, or the scene has no levels.
+    """
+    volume = scene.volume
+    if not isinstance(volume, LargeVolume):
+        if level not in ("auto", 0):
+            raise InputError(f"level must be of a volume in a store that is drawn part by part, got {level!r}")
+        return settings
+    if level == "auto" and max_error is not None:
+        return replace(settings, level_error=max_error / 2)
+    most_apart = None if thickness_asked_for is None else settings.slab_thickness
+    number = settled_level(scene, size, level, None if max_error is not None else most_apart)
+    thickness = settings.slab_thickness
+    if thickness_asked_for is None:
+        thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
+    return replace(settings, level=number, slab_thickness=min(thickness, 2 * volume.radius))
+
+
+def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str, most_apart: float | None) -> int:
+    """Return the level of the part of the volume that is nearest to the eye.
+
+    Parameters
+    ----------
+    level : int or "auto"
+        That was asked for; "auto": the finest that pixels can show.
+    most_apart : float, optional
+        Slab thickness that was asked for, world units, which samples are to be no farther apart than.
+
+    Raises
+    ------
+    InputError
+        If there is no such level.
+    """
+    volume = scene.volume
+    assert isinstance(volume, LargeVolume)
+    if level == "auto":
+        whole = Region((0, 0, 0), (0, 0, 0), volume.dimensions)
+        apart = _pixel_distance(scene, size, volume, whole)
+        return _level_of(volume, apart if most_apart is None else min(apart, most_apart))
+    if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level < len(volume.levels):
+        raise InputError(f"level must be auto or from 0 to {len(volume.levels) - 1}, got {level!r}")
+    return level
 
 
 @dataclass(frozen=True)

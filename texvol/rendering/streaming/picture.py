@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -28,8 +28,9 @@ from texvol.rendering.render import bake, draw_brick, draw_together, read
 from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
+from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import Screen, needed_chunks, region_shows
+from texvol.rendering.streaming.visibility import AHEAD, Screen, needed_chunks, region_shows
 from texvol.rendering.volume_cache import shown_of
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
@@ -44,11 +45,9 @@ from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.statistics import median
 
-_AHEAD = 6  # parts that are read before they are drawn, as far as memory goes
 _LEAST_PARTS = 32  # that memory has room for
 _OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
 
-Levels = Sequence[int]  # of each region
 Size = tuple[int, int]
 
 
@@ -63,6 +62,15 @@ class Drawn:
     by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
 
 
+@dataclass(frozen=True)
+class _Next:
+    """A brick that is about to be drawn, and the same of the finest level."""
+
+    finest: Brick
+    brick: Brick
+    asked: bool  # for its samples
+
+
 class StreamedPictures:
     """Pictures of one large volume after the other; methods need the context to be current.
 
@@ -75,6 +83,7 @@ class StreamedPictures:
         self._parts: PartStore | None = None
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
         self._formats: set[str] = set()
+        self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
     def draw(
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
@@ -115,16 +124,7 @@ class StreamedPictures:
             "parts": self.stats,
         }
 
-    def _drawn(
-        self, scene: CompleteScene, size: Size, settings: Settings, levels: Levels | None = None, count: bool = False
-    ) -> Drawing:
-        """Draw the picture.
-
-        Parameters
-        ----------
-        levels : sequence of int, optional
-            Level of each of `regions`; the finest by default.
-        """
+    def _drawn(self, scene: CompleteScene, size: Size, settings: Settings, count: bool = False) -> Drawing:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
         cache, parts = self._prepared(volume)
@@ -134,19 +134,21 @@ class StreamedPictures:
         compositor = self._compositor
         compositor.begin(drawing, settings.target_format)
         regions = self.regions(volume)
-        order, self.drawn = picture.visible_bricks(regions, levels or [0] * len(regions))
+        order, self.drawn = picture.in_order(regions)
         numbers = range(len(volume.levels))
         cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
-        screen = Screen(picture.scene, size, drawing.least_transmittance)
+        screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)
         everything = picture.bytes_of(order) <= self._budget_of(volume)
-        for brick, asked in self._read_ahead(order, screen, cache, parts, picture):
+        for next_one in self._read_ahead(order, screen, cache, parts, picture):
+            brick = next_one.brick
             part = parts.known(brick, picture.texels(brick.level))
             if part is None:
-                part = self._baked(brick, asked, cache, parts, picture, everything)
+                part = self._baked(brick, next_one.asked, cache, parts, picture, everything)
             self._note(part)
             if part.shown is not None:
                 picture.draw(compositor, part)
                 screen.has_drawn(compositor, brick)
+            self.tell(self.drawn.drawn / max(len(order) - screen.hidden, 1))
         self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
         compositor.finish()
         return drawing
@@ -197,27 +199,29 @@ class StreamedPictures:
         return min(self._budget, int(volume.memory * _OF_MEMORY)) if is_software(self._context) else self._budget
 
     def _read_ahead(
-        self, order: list[Brick], screen: Screen, cache: SampleCache, parts: PartStore, picture: _Picture
-    ) -> Any:
-        """Yield the bricks that are to be drawn, and whether each was asked for; the next ones are read meanwhile."""
-        waiting, ahead = deque(order), deque[tuple[Brick, bool]]()
+        self, order: list[Region], screen: Screen, cache: SampleCache, parts: PartStore, picture: _Picture
+    ) -> Iterator[_Next]:
+        """Yield the bricks that are to be drawn, in order; the next ones are read meanwhile."""
+        waiting, ahead = deque(enumerate(order)), deque[_Next]()
         while waiting or ahead:
-            while waiting and len(ahead) < _AHEAD:
-                brick = waiting[0]
-                if screen.hides(brick):
+            while waiting and len(ahead) < AHEAD:
+                number, region = waiting[0]
+                finest = picture.brick(region, 0)
+                if screen.hides(finest):
                     waiting.popleft()
                     continue
-                if ahead and screen.may_hide(brick, [each for each, _ in ahead]):
+                if ahead and screen.may_hide(finest, [each.finest for each in ahead]):
                     break  # read only once it is known to be seen
-                if parts.known(brick, picture.texels(brick.level)):
-                    ahead.append((waiting.popleft(), False))
-                    continue
-                asked = cache.ask(brick.level, brick.stored_first, brick.stored_last)
-                if not asked and ahead:
+                brick = picture.brick(region, picture.level(region, partial(screen.seen, finest, number)))
+                known = parts.known(brick, picture.texels(brick.level)) is not None
+                asked = not known and cache.ask(brick.level, brick.stored_first, brick.stored_last)
+                if not (known or asked) and ahead:
                     break
-                ahead.append((waiting.popleft(), asked))
+                ahead.append(_Next(finest, brick, asked))
+                waiting.popleft()
             if ahead:
                 yield ahead.popleft()
+            screen.has_come_to(waiting[0][0] - len(ahead) if waiting else len(order))
 
     def _baked(
         self, brick: Brick, asked: bool, cache: SampleCache, parts: PartStore, picture: _Picture, everything: bool
@@ -257,15 +261,33 @@ class _Picture:
         if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
             self.texel_format = "rgba32f"
 
-    def visible_bricks(self, regions: list[Region], levels: Levels) -> tuple[list[Brick], Drawn]:
-        """Return the bricks that may show anything, front to back."""
-        drawn, shown = Drawn(len(regions)), []
-        for region, level in zip(regions, levels, strict=True):
-            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond):
-                of_level = self.volume.levels[level]
-                shown.append(brick_of(region, of_level, level, self.volume.dimensions, self.margin))
-        drawn.empty = len(regions) - len(shown)
-        return bricks.visibility_order(shown, self.volume, self.scene.camera), drawn
+    def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
+        """Return the regions that may show anything, front to back."""
+        shown = [
+            region
+            for region in regions
+            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
+        ]
+        drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
+        self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
+        if self._predicted is None:
+            finest = self.settings.level
+            by_pixels = levels_by_pixels(self.scene, self.size, self.volume, shown, finest) if error is None else []
+            self._levels = dict(zip(shown, by_pixels, strict=False))
+        self._numbers = {region: number for number, region in enumerate(shown)}
+        ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
+        at = {region.position: region for region in shown}
+        return [at[brick.position] for brick in ordered], drawn
+
+    def level(self, region: Region, seen: Callable[[], float]) -> int:
+        """Return the level of a region, of which at most a fraction `seen()` is seen."""
+        if self._predicted is not None:
+            return self._predicted.level(self._numbers[region], seen())
+        return self._levels.get(region, self.settings.level)
+
+    def brick(self, region: Region, level: int) -> Brick:
+        """Return a region as a brick of a level."""
+        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin)
 
     def texels(self, level: int) -> tuple[Any, ...]:
         """Return what the texels of a level are made of."""
@@ -306,10 +328,12 @@ class _Picture:
         """The transfer function, smoothed for coarse levels."""
         return Smoothed(self.scene.medium, self.volume.smallest_spacing)
 
-    def bytes_of(self, order: list[Brick]) -> float:
-        """Return about how many bytes of texels all bricks have."""
+    def bytes_of(self, order: list[Region]) -> float:
+        """Return about how many bytes of texels all regions have."""
         per_sample = 4 if self.scene.classification in ("post", "integrated") else 16
-        return sum(float(np.prod(brick.texture_size)) for brick in order) * per_sample
+        level = self.volume.levels[self.settings.level]
+        finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, self.margin) for each in order]
+        return sum(float(np.prod(brick.texture_size)) for brick in finest) * per_sample
 
     def draw(self, compositor: Compositor, part: Part) -> None:
         """Composite a part behind the picture so far."""

@@ -16,12 +16,14 @@ from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
+AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
 
 
 class Screen:
     """Pixels that are opaque, so that nothing behind them has to be read."""
 
-    def __init__(self, scene: CompleteScene, size: tuple[int, int], least_transmittance: float) -> None:
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], least_transmittance: float, by_error: bool) -> None:
+        self._wants_snapshots = by_error
         self._scene, self._size = scene, size
         # A ray that lets no more through ends in front of it.
         self._opaque_from = 1.0 - least_transmittance
@@ -34,6 +36,7 @@ class Screen:
         self._read: NDArray[np.float32] | None = None
         self._compositor: Compositor | None = None
         self.hidden = 0
+        self._snapshots = [np.zeros((size[1], size[0]), np.float32)]  # opacity after every AHEAD regions
 
     def hides(self, brick: Brick) -> bool:
         """True if all pixels that a brick may reach are opaque; it counts as hidden then."""
@@ -61,6 +64,22 @@ class Screen:
         """Remember that a brick has been drawn."""
         self._compositor, self._changed = compositor, True
         self._known.pop(brick, None)
+
+    def seen(self, brick: Brick, number: int) -> float:
+        """Largest fraction of light from a brick, the `number`th, that is known to come through what lies before it.
+
+        Known is what was drawn a certain number of bricks before, so that a picture does not depend on the threads that
+        read.
+        """
+        opacity = self._snapshots[min(max(number - AHEAD, 0) // AHEAD, len(self._snapshots) - 1)]
+        where, mask = self._pixels(brick)
+        return 1.0 - float(opacity[where][mask].min(initial=1.0))
+
+    def has_come_to(self, number: int) -> None:
+        """Remember that all bricks before the `number`th have been drawn."""
+        while len(self._snapshots) <= number // AHEAD and self._wants_snapshots:
+            self._snapshots.append(self._compositor.opacity() if self._compositor else self._snapshots[0])
+            self._snapshots[:-3] = self._snapshots[:1] * (len(self._snapshots) - 3)  # no longer asked for
 
     def _update(self) -> None:
         if self._changed and self._compositor is not None:
