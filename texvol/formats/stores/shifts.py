@@ -26,7 +26,7 @@ _SIGMA = 1.0  # standard deviation of the Gaussian, in coarse samples
 _MARGIN = 3  # coarse samples that the Gaussian reaches
 _STEPS = 6
 _CORRELATION = 0.8  # squared: below it the levels show too little in common
-_SURE = 8.0  # standard errors by which a shift must differ from the declared one
+_SURE = 6.0  # standard errors by which a shift must differ from the declared one
 _NOTICED = 0.15  # of a fine sample
 _NEAR = 0.1  # of a fine sample, within which an estimate is one of the usual shifts
 
@@ -43,11 +43,17 @@ def found_shifts(levels: Sequence[Level], *, fixed: bool) -> Finding:
     declared = [np.array(each.first) for each in levels]
     corrected, notes = [declared[0]], []
     centre = _busiest(levels[-1])
+    forgotten = False  # True once averages are found whose translation the writer forgot
     for number in range(1, len(levels)):
         fine, coarse = levels[number - 1], levels[number]
         step = np.array(coarse.factor) / fine.factor
         told = (declared[number] - declared[number - 1]) / fine.factor  # in samples of the finer level
-        found = told + _difference(fine, coarse, told, step, centre)
+        apart = _difference(fine, coarse, told, step, centre)
+        if apart is None:  # too small or too noisy to say: as the writer has done with the levels before
+            apart = (step - 1) / 2 if forgotten and not told.any() else np.zeros(3)
+        else:
+            forgotten = bool(not told.any() and apart.any() and np.allclose(apart, (step - 1) / 2))
+        found = told + apart
         corrected.append(corrected[-1] + found * fine.factor)
         off = corrected[-1] - declared[number]
         if np.abs(off).max() > 1e-9:
@@ -85,14 +91,14 @@ def _busiest(level: Level) -> NDArray[np.float64]:
 
 def _difference(
     fine: Level, coarse: Level, told: NDArray[np.float64], step: NDArray[np.float64], centre: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return by how many fine samples along x, y, z the coarse level lies elsewhere than told; 0 where it is not sure."""
+) -> NDArray[np.float64] | None:
+    """Return by how many fine samples along x, y, z the coarse level lies elsewhere than told; None if nothing tells."""
     shape = np.array(coarse.source.shape)
     compared = shape >= _LEAST  # along z, y, x
     # Along the axes that are not halved there is nothing to forget.
     compared &= step[::-1] > 1.01
     if not compared.any():
-        return np.zeros(3)
+        return None
     box, sizes = _box_around(shape, centre, _WIDTH)
     index = [np.arange(part.start, part.stop, dtype=float) for part in box]
     positions = [told[2 - axis] + step[2 - axis] * index[axis] for axis in range(3)]
@@ -110,9 +116,13 @@ def _difference(
     places = [each[cut] - start for each, cut, start in zip(positions, inner, low, strict=True)]
     widths = [_SIGMA * float(step[2 - axis]) for axis in range(3)]
     shift, error, alike = _fitted(below, wanted, places, widths, compared)
-    sure = compared & (alike > _CORRELATION) & (np.abs(shift) > np.maximum(_SURE * error, _NOTICED))
+    if alike < _CORRELATION:
+        return None
+    sure = compared & (np.abs(shift) > np.maximum(_SURE * error, _NOTICED))
     if not sure.any():
-        return np.zeros(3)
+        # As told, if the usual shift would have been noticed.
+        noticed = (np.maximum(_SURE * error, _NOTICED) < (step[::-1] - 1) / 2) | ~compared
+        return np.zeros(3) if noticed.all() else None
     known = np.where(compared, shift, 0.0)[::-1] + told
     usual = np.stack([told, (step - 1) / 2, np.zeros(3)])
     near = usual[np.abs(usual - known).argmin(axis=0), np.arange(3)]
