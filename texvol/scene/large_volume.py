@@ -110,6 +110,8 @@ class LargeVolume(Volume):
         Which of the `channels` of an image it is, if that has several.
     images : sequence of str
         Names of the images in its store.
+    times : sequence of float
+        Times of all steps in its store, in `time_unit`.
 
     Raises
     ------
@@ -136,9 +138,12 @@ class LargeVolume(Volume):
         channel: Channel | None = None,
         channels: Sequence[Channel] = (),
         images: Sequence[str] = (),
+        times: Sequence[float] | None = None,
+        time_unit: str = "",
     ) -> None:
         self.name, self.levels, self.resampling, self.colors = name, tuple(levels), None, None
         self.channel, self.channels, self.images = channel, tuple(channels), tuple(images)
+        self.times, self.time_unit = tuple(times or ()), time_unit
         if not self.levels:
             raise InputError(f"{name}: a volume must have a level of samples, got none")
         for level in self.levels:

@@ -22,7 +22,8 @@ from texvol.util.terminal import library_reason
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
 ARGUMENTS = tuple(name for name in Choice._fields if name not in ("memory", "counting", "kept"))
 
-_OF_STORES = ("levels", "channel", "channels", "images")  # fields of Samples
+# Fields of Samples that only the volume of a store has.
+_OF_STORES = ("levels", "channel", "channels", "images", "times", "time_unit")
 _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 
@@ -108,7 +109,7 @@ def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
     """Return the volume of the samples of the file `name`; a chosen spacing overrides the file's."""
-    fields = {key: thing for key, thing in samples._asdict().items() if key not in ("times", "time_unit")}
+    fields = samples._asdict()
     if choice.spacing is not None:
         fields["spacing"] = choice.spacing
     fields["labels"] = choice.labels or samples.labels

@@ -45,6 +45,11 @@ class Hdf5Source(ChunkedSource):
         """Bytes that have been read so far: of each chunk the mean that the dataset takes in its file."""
         return int(self._read)
 
+    def stored_bytes(self) -> int | None:
+        """Return the bytes that the dataset takes in its file."""
+        with LOCK:
+            return int(self.dataset.id.get_storage_size())
+
     def fetch(self, index: tuple[int | slice, ...]) -> NDArray:
         """Return a part of the dataset; raise FileFault if a chunk cannot be read."""
         with LOCK:

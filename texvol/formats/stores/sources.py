@@ -111,6 +111,15 @@ class ChunkedSource(ABC):
         """Return a part of the stored array, in native byte order; raise FileFault if a chunk cannot be read."""
 
     @property
+    def shard_shape(self) -> tuple[int, ...]:
+        """Samples along each stored axis that lie in one object of the store."""
+        return self.stored_chunk
+
+    def stored_bytes(self) -> int | None:
+        """Return the bytes that the array takes in its store, all channels and times, or None where that is not known."""
+        return None
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """Sentence about the chunks that were missing so far."""
         if not self.unread:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +14,7 @@ from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import bytes_so_far, waited
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_sizes, sample_type
 
+_MOST_FILES = 20_000  # whose sizes are asked for: a fraction of a second
 # Types that numpy does not have, and the smallest one that holds their values.
 _WIDENED = {"bfloat16": np.float32, "int4": np.int8, "int2": np.int8}
 
@@ -73,6 +75,19 @@ class TensorSource(ChunkedSource):
     def shard_shape(self) -> tuple[int, ...]:
         """Samples along each stored axis that lie in one object of the store."""
         return tuple(int(each) for each in self.store.chunk_layout.write_chunk.shape)
+
+    def stored_bytes(self) -> int | None:
+        """Return the bytes of the array's files, unless these are too many to be looked at, or on a server."""
+        where = self.store.kvstore
+        if where is None or where.spec().to_json().get("driver") != "file":
+            return None
+        total, seen = 0, 0
+        for folder, _, names in os.walk(where.path):
+            seen += len(names)
+            if seen > _MOST_FILES:
+                return None
+            total += sum(os.path.getsize(os.path.join(folder, each)) for each in names)
+        return total
 
     def fetch(self, index: tuple[int | slice, ...]) -> NDArray:
         """Return a part of the array; raise FileFault if a chunk cannot be read."""
