@@ -49,7 +49,7 @@ def _read(path: str, file: Any, choice: Choice) -> Samples:
     levels, notes = levels_of(sources, [_list(each) for each in scales], [_list(each) for each in corners],
                               [None] * len(sources))  # fmt: skip
     if not choice.labels:
-        levels, shifted = once(choice, "shifts", lambda: checked_levels(levels, fix=bool(choice.fix_pyramid)))
+        levels, shifted = checked_levels(levels, choice)
         notes += shifted
     unit = units.length_unit(_text(file["DataSetInfo/Image"], "Unit"))
     return Samples.of_levels(

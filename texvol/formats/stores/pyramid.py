@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from texvol.formats.readers.samples import FileFault
-from texvol.formats.stores.shifts import found_shifts
+from texvol.formats.readers.samples import Choice, FileFault, once
+from texvol.formats.stores.shifts import Finding, found_shifts
 from texvol.scene.large_volume import ChunkStatistics, Level, SampleSource
+from texvol.util.errors import InputError
 
 _FITS = 2.0  # samples of a level by which its box may differ from that of level 0: writers round sizes up or down
 
@@ -47,14 +48,23 @@ def levels_of(
     return tuple(levels), tuple(notes)
 
 
-def checked_levels(levels: tuple[Level, ...], *, fix: bool) -> tuple[tuple[Level, ...], tuple[str, ...]]:
-    """Return the levels, moved to where their content puts them if `fix`, and notes on those that lie elsewhere."""
+def checked_levels(levels: tuple[Level, ...], choice: Choice) -> tuple[tuple[Level, ...], tuple[str, ...]]:
+    """Return the levels, with --fix-pyramid moved to where their content puts them, and notes on those elsewhere."""
     if len(levels) < 2:
         return levels, ()
-    found = found_shifts(levels, fixed=fix)
-    if fix:
-        levels = tuple(replace(each, first=first) for each, first in zip(levels, found.first, strict=True))
-    return levels, found.notes
+    first, notes = once(choice, "shifts", lambda: _found(levels, fix=bool(choice.fix_pyramid)))
+    if choice.fix_pyramid:
+        levels = tuple(replace(each, first=one) for each, one in zip(levels, first, strict=True))
+    return levels, notes
+
+
+def _found(levels: tuple[Level, ...], *, fix: bool) -> Finding:
+    try:
+        return found_shifts(levels, fixed=fix)
+    except InputError as error:
+        if fix:
+            raise
+        return Finding((), (f"whether levels lie where their metadata put them was not checked: {error}",))
 
 
 def _xyz(numbers: Any) -> tuple[float, float, float]:

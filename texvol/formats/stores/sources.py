@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from texvol.formats.readers.missing import Mark
 from texvol.formats.readers.samples import FileFault
 from texvol.scene.large_volume import Box, Triple
+from texvol.util import remarks
 from texvol.util.errors import InputError
 
 _EXACT_BITS = 24  # of the integers that float32 holds
@@ -160,6 +161,8 @@ class ChunkedSource(ABC):
             hint = "; --missing-chunks draws such chunks as missing"
             raise InputError(f"{self.reading.name}: {self.level}: {chunk} cannot be read: {reason}{hint}")
         with self._lock:
+            if not self.unread:
+                remarks.make_at_end(lambda: self.notes)
             self.unread.setdefault(chunk, reason)
 
     def _marked(self, part: NDArray) -> NDArray:

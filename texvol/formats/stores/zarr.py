@@ -77,7 +77,7 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     levels, more = levels_of(sources, scales, translations, statistics)
     labels = choice.labels or image.is_label
     if not labels:
-        levels, shifted = once(choice, "shifts", lambda: checked_levels(levels, fix=bool(choice.fix_pyramid)))
+        levels, shifted = checked_levels(levels, choice)
         more += shifted
     return Samples.of_levels(
         levels, scales[0][::-1], translations[0][::-1], unit=unit, labels=labels, channels=channels,
