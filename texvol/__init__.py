@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from texvol.annotation import Annotation
     from texvol.comparison import Difference, compare
     from texvol.formats.readers import TimeSeries, load, load_tetrahedra
+    from texvol.formats.stores.arrays import open_array
+    from texvol.formats.stores.channels import load_channels
     from texvol.ray_casting import raycast, raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
@@ -58,7 +60,9 @@ _MODULES = {
     "Volume": "scene.volume",
     "compare": "comparison",
     "load": "formats.readers",
+    "load_channels": "formats.stores.channels",
     "load_tetrahedra": "formats.readers",
+    "open_array": "formats.stores.arrays",
     "raycast": "ray_casting",
     "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
@@ -92,7 +96,9 @@ __all__ = [
     "compare",
     "geometry",
     "load",
+    "load_channels",
     "load_tetrahedra",
+    "open_array",
     "raycast",
     "raycast_progressively",
     "raycast_tetrahedra",

@@ -144,7 +144,10 @@ def test_a_texture_has_the_bytes_of_what_it_holds(
         renderer.render(scene, SIZE)
         # A smooth float32 volume may do with 16 bits, under `post`.
         fewer = {4: 2, 16: 8}.get(size, size) if kind == "post" and dtype == "f4" else size
-        assert renderer._in_memory.cache.volumes[0].textures.bytes in (fewer * volume.values.size, size * volume.values.size)
+        assert renderer._in_memory.cache.volumes[0].textures.bytes in (
+            fewer * volume.values.size,
+            size * volume.values.size,
+        )
 
 
 @pytest.mark.parametrize("kind", ["slab", "extinction"])

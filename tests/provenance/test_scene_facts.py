@@ -113,7 +113,7 @@ def test_raw_samples_are_read_as_they_were(tmp_path, monkeypatch):
 
 
 def test_a_source_keeps_every_argument_of_load() -> None:
-    arguments = set(inspect.signature(load).parameters) - {"path"}
+    arguments = set(inspect.signature(load).parameters) - {"path", "memory"}
     assert arguments == set(ARGUMENTS) == set(SOURCE) - {"path", "absolute", "built_in", "samples", "transform"}
 
 

@@ -66,7 +66,10 @@ def test_bricks_are_lit_as_the_whole(
     scene = Scene(volume, medium_for(kind), framed(volume, projection), classification=kind, lighting=ALL)
     scene = replace(scene, depth_cue=DepthCue(0.5, (0.1, 0.2, 0.3)), gradient=Estimator("gaussian", 1.0))
     pictures = [drawn(each, scene) for each in (renderer, small)]
-    assert len(small._in_memory.cache.volumes[0].textures.bricks) > 1 and len(renderer._in_memory.cache.volumes[0].textures.bricks) == 1
+    assert (
+        len(small._in_memory.cache.volumes[0].textures.bricks) > 1
+        and len(renderer._in_memory.cache.volumes[0].textures.bricks) == 1
+    )
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.3
 
@@ -84,7 +87,10 @@ def test_leaps_leave_lit_pictures_as_they_are(renderer: Renderer, kind: Classifi
     pictures = [
         renderer.render(scene, SIZE, texture_format="rgba32f", skip_empty=skip).astype(float) for skip in (True, False)
     ]
-    assert renderer._in_memory.cache.volumes[0].empty_space.counts[1] < 0.7 * renderer._in_memory.cache.volumes[0].empty_space.counts[0]
+    assert (
+        renderer._in_memory.cache.volumes[0].empty_space.counts[1]
+        < 0.7 * renderer._in_memory.cache.volumes[0].empty_space.counts[0]
+    )
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.1
 

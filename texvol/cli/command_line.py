@@ -26,7 +26,7 @@ from texvol.cli.report import add_report
 from texvol.cli.surface import add_surface
 from texvol.cli.view import add_view
 from texvol.options import scene_options as options
-from texvol.util import termination
+from texvol.util import remarks, termination
 from texvol.util.errors import AccuracyWarning, InputError, TexvolError
 from texvol.util.terminal import complain
 from texvol.util.version import __version__
@@ -57,6 +57,8 @@ def main(line: Sequence[str] | None = None) -> int:
             status = arguments.run(arguments)
         for warning in caught:
             complain(f"warning: {warning.message}")
+        for remark in remarks.taken():
+            complain(f"note: {remark}")
         missed = any(issubclass(warning.category, AccuracyWarning) for warning in caught)
         return status or int(missed and arguments.strict)
     except (TexvolError, MemoryError) as error:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.cli.store_information import store_metadata, store_rows
 from texvol.formats.readers import resampling
 from texvol.scene.air import hounsfield_by
 from texvol.scene.lone_extremes import LoneExtreme, lone_extremes
@@ -41,12 +42,16 @@ def metadata(volume: Volume) -> dict[str, Any]:
     values look like Hounsfield units, else None. `color` is True if each sample has its own colour; the value is then
     its amount. `lone_extremes` are values at the ends of the range that are far from all others: `value`, number of
     `samples`, distance in ranges of the other values (`times`), that range (`others`), and the text for `--missing`.
+
+    Of a store, values are those of the samples that `values_of` counts, of a coarser level or in the middle, unless that
+    is None; `store` has its levels, channels, images and times, and is None for any other file.
     """
     corners = volume.corners_from_centre + volume.centre
-    low, high, mean, counts = _summary(volume.values)
+    seen = volume.overview
+    low, high, mean, counts = _summary(seen.values)
     is_whole = volume.dtype.kind in "iu"
-    percentiles, used = _percentiles(volume.values)
-    edges, bins = _histogram(volume.values, low, high)
+    percentiles, used = _percentiles(seen.values)
+    edges, bins = _histogram(seen.values, low, high)
     return {
         "name": volume.name,
         "dimensions": list(volume.dimensions),
@@ -54,7 +59,7 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "spacing": _numbers(volume.spacing),
         "unit": volume.unit,
         "value_unit": volume.value_unit,
-        "hounsfield": hounsfield_by(volume) or None,
+        "hounsfield": hounsfield_by(seen) or None,
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -63,18 +68,20 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "box_max": _numbers(corners.max(axis=0)),
         "resampling": None if volume.resampling is None else dict(volume.resampling),
         "notes": list(volume.notes),
-        "labels": _labels(volume),
+        "labels": _labels(seen),
         "color": volume.colors is not None,
         "extinction_unit": f"per {volume.unit or 'world unit'}",
         "samples": volume.size,
         **counts,
         "value_range": None if low is None or high is None else [_number(low, is_whole), _number(high, is_whole)],
         "mean": _number(mean),
-        "lone_extremes": [_lone(each) for each in lone_extremes(volume)],
+        "lone_extremes": [_lone(each) for each in lone_extremes(seen)],
         "percentiles": percentiles,
         "percentile_samples": used,
         "histogram": {"edges": edges, "counts": bins},
         "memory": _memory(volume),
+        "values_of": None if seen.shape == volume.shape else {"dimensions": list(seen.dimensions)},
+        "store": store_metadata(volume),
     }
 
 
@@ -95,6 +102,7 @@ def text(metadata: dict[str, Any]) -> str:
         *(_titled("labels", _label_lines(metadata)) if metadata["labels"] else [("values", _values(metadata))]),
         *([("value unit", _unit_row(metadata))] if metadata["value_unit"] or metadata["hounsfield"] else []),
         *([("colour", "each sample has its own; the value is its amount")] if metadata["color"] else []),
+        *([("", _overview_line(metadata["values_of"]))] if metadata["values_of"] else []),
         *_titled("alone", map(_lone_line, metadata["lone_extremes"])),
         ("not finite", f"{metadata['nan_count']} NaN, {metadata['inf_count']} infinite"),
         ("memory", f"data {_bytes(memory['data_bytes'])}; texture {textures}"),
@@ -102,6 +110,8 @@ def text(metadata: dict[str, Any]) -> str:
     ]
     if metadata["resampling"] is not None:
         rows += _titled("resampled", resampling.text(metadata["resampling"]))
+    if metadata["store"] is not None:
+        rows += store_rows(metadata["store"])
     rows += [("note", note) for note in metadata["notes"]]
     page = [metadata["name"], "", *(f"{name:<12}{value}" for name, value in rows)]
     if metadata["value_range"] is not None and not metadata["labels"]:
@@ -111,13 +121,13 @@ def text(metadata: dict[str, Any]) -> str:
 
 def _memory(volume: Volume) -> dict[str, Any]:
     """Return bytes of the samples, and of their textures without gradients, by texel format, and with gradients."""
-    values, colors = volume.values, volume.colors
+    dtype, colors = volume.dtype, volume.colors
     # A texel of value and gradient has four numbers: of 16 bits for 8- and 16-bit integers, else of 32 bits.
-    gradient_texel = 4 * (2 if values.dtype.kind in "iu" and values.itemsize <= 2 else 4)
+    gradient_texel = 4 * (2 if dtype.kind in "iu" and dtype.itemsize <= 2 else 4)
     return {
-        "data_bytes": values.nbytes + (0 if colors is None else colors.nbytes),
-        "texture_bytes": {name: values.size * size for name, size in _TEXEL_BYTES.items()},
-        "gradient_bytes": values.size * gradient_texel,
+        "data_bytes": volume.size * dtype.itemsize + (0 if colors is None else colors.nbytes),
+        "texture_bytes": {name: volume.size * size for name, size in _TEXEL_BYTES.items()},
+        "gradient_bytes": volume.size * gradient_texel,
     }
 
 
@@ -134,6 +144,10 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
 def _lone(extreme: LoneExtreme) -> dict[str, Any]:
     found = extreme._asdict()
     return {("missing" if key == "text" else key): value for key, value in found.items()}
+
+
+def _overview_line(values_of: dict[str, Any]) -> str:
+    return f"values are those of {_row(values_of['dimensions'], ' x ')} samples of the store"
 
 
 def _values(metadata: dict[str, Any]) -> str:

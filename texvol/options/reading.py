@@ -18,7 +18,7 @@ _OPTIONS = (
     SceneOption(
         "channel", texts.channel, "N|magnitude", "channel or component of vectors, from 0; or the length of the vectors"
     ),
-    SceneOption("variable", str, "NAME", "variable of a netCDF file, or array of a VTK or mesh file"),
+    SceneOption("variable", str, "NAME", "variable of a netCDF file, array of a VTK or mesh file, dataset of HDF5"),
     SceneOption(
         "time", texts.time_step, "N|all",
         "time step, from 0; with `all`, `render` writes numbered pictures or a film",
@@ -35,6 +35,11 @@ _OPTIONS = (
         "samples of this value are missing, besides those that the file marks; repeat it for more values",
         from_value=texts.sample_values, repeated=True,
     ),
+    SceneOption("image", str, "NAME|N", "image of a Zarr store, such as labels/nuclei"),
+    SceneOption("level", texts.level, "N|auto", "finest level of a store's pyramid that is read, from 0"),
+    SceneOption("fix-pyramid", bool, "", "move a store's levels to where their content is found"),
+    SceneOption("missing-chunks", bool, "", "chunks of a store that cannot be read are missing, not an error"),
+    SceneOption("memory", texts.memory, "SIZE", "memory for samples of a store, such as 4GB (half of what is free)"),
 )  # fmt: skip
 READING = {option.name: option for option in _OPTIONS}
 
@@ -42,7 +47,7 @@ READING = {option.name: option for option in _OPTIONS}
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
     """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
     formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, VTU, netCDF, Exodus, VTK, "
-    formats += "Gmsh, XDMF, MED, NPY, RAW"
+    formats += "Gmsh, XDMF, MED, NPY, RAW; OME-Zarr or its URL, Zarr, HDF5, Imaris"
     shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
     parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
     group = parser.add_argument_group("reading the volume")
@@ -58,14 +63,14 @@ def load_volume(arguments: argparse.Namespace, spacing: tuple[float, float, floa
 
 
 def told(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the reading options that are given, by name.
+    """Return the reading options that are given as arguments of `texvol.load`.
 
     Raises
     ------
     InputError
         If they ask for all time steps.
     """
-    found = chosen(given)
+    found = arguments_of(chosen(given))
     if found.get("time") == texts.ALL:
         raise InputError("--time all needs `texvol render`; elsewhere give one step: --time N")
     return found
@@ -73,4 +78,10 @@ def told(given: Mapping[str, Any]) -> dict[str, Any]:
 
 def chosen(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the reading options that are given, by name, all time steps included."""
-    return {name: given[name] for name in READING if given.get(name) is not None}
+    named = {name.replace("_", "-"): value for name, value in given.items()}
+    return {name: named[name] for name in READING if named.get(name) is not None}
+
+
+def arguments_of(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options by the names of the arguments of `texvol.load`."""
+    return {name.replace("-", "_"): value for name, value in options.items()}

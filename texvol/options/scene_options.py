@@ -30,6 +30,7 @@ from texvol.options import files, reading, texts
 from texvol.options import light as lit
 from texvol.options import volumes as volume_options
 from texvol.options.groups import GROUPS, SCENE_OPTIONS
+from texvol.options.volumes import AddedChoice
 from texvol.scene import orbit as turning
 from texvol.scene import transfer
 from texvol.scene.added_volume import common_box
@@ -39,7 +40,7 @@ from texvol.scene.gradient import CENTRAL
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-from texvol.util import text_files
+from texvol.util import locations, text_files
 from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
@@ -100,6 +101,7 @@ class SceneOptions:
             volume_options.check_look(each)
         self.mode: str = chosen.get("mode", "composite")
         self._lighting = lit.lighting(chosen)
+        self._channels: tuple[tuple[AddedChoice, Volume], ...] = ()
 
     @classmethod
     def of(cls, volume: str | None = None, scene: str | None = None) -> SceneOptions:
@@ -157,9 +159,21 @@ class SceneOptions:
         """
         from texvol.formats.readers import load
 
-        volume = load(self.volume, spacing=self.spacing, **reading.told(self._reading))
+        told = reading.told(self._reading)
+        volume = load(self.volume, spacing=self.spacing, **told)
         _ = self._further  # reads the further volumes now, as part of loading
+        if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:
+            self._channels = self._other_channels(volume)
         return self.placed(volume)
+
+    def _other_channels(self, volume: Volume) -> tuple[tuple[AddedChoice, Volume], ...]:
+        """Return the other active channels of the volume's image, which are drawn with it."""
+        from texvol.formats.stores.channels import other_channels
+
+        like = {key: value for key, value in self._chosen.items() if key in ("spacing", "transform", "mask")}
+        told = reading.chosen(self._reading)
+        choices = [AddedChoice(self.volume, like | told | {"channel": each}) for each in other_channels(volume)]
+        return tuple((each, each.load()) for each in choices)
 
     def placed(self, volume: Volume) -> Volume:
         """Return a volume moved by --transform."""
@@ -174,7 +188,8 @@ class SceneOptions:
         """Return all time steps of the volume, not yet `placed`."""
         from texvol.formats.readers import TimeSeries
 
-        told = {name: value for name, value in reading.chosen(self._reading).items() if name != "time"}
+        chosen = reading.arguments_of(reading.chosen(self._reading))
+        told = {name: value for name, value in chosen.items() if name != "time"}
         return TimeSeries(self.volume, spacing=self.spacing, **told)
 
     def scene(
@@ -186,11 +201,8 @@ class SceneOptions:
         `in_8_bits` is the kind of picture, which decides on the air if no option does.
         """
         chosen = self._chosen
-        choices = chosen.get("add", ())
-        added = tuple(
-            choice.added_to(volume, each, number)
-            for number, (choice, each) in enumerate(zip(choices, self._further, strict=True))
-        )
+        further = (*self._channels, *zip(chosen.get("add", ()), self._further, strict=True))
+        added = tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
         framing = turning.framing if orbit else Camera.framing
         return Scene(
             volume,
@@ -248,7 +260,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
         if name == "volume":
             if not isinstance(value, str) or not value:
                 raise InputError(f"{path}: volume must be the path of a file or folder, got {value!r}")
-            told[name] = str(path.parent / value)
+            told[name] = locations.beside(path.parent, value)
         elif option := reading.READING.get(name) or SCENE_OPTIONS.get(name):
             try:
                 (told if name in reading.READING else chosen)[name] = option.from_file(value)

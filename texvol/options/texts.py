@@ -130,6 +130,26 @@ def megabytes(text: str) -> float:
     return _number_if(text, lambda value: 0 < value < 1e12, "a number of megabytes over 0 and under 1e12")
 
 
+def memory(text: str) -> int:
+    """Return bytes of "4GB", "500 MB" or a number of bytes."""
+    form = "a number of bytes, such as 4GB, 500MB or 2e9"
+    match = re.fullmatch(r"\s*([\d.]+(?:e\+?\d{1,2})?)\s*(?:([kmgt]?)(i?)b)?\s*", text, re.IGNORECASE)
+    try:
+        count = float(match[1]) if match else -1.0
+    except ValueError:
+        count = -1.0
+    if match and match[2]:
+        count *= (1024 if match[3] else 1000) ** (" kmgt".index(match[2].lower()))
+    if not 0 < count < 2**63:
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
+    return int(count)
+
+
+def level(text: str) -> int | str:
+    """Return a level's number, at least 0, or "auto"."""
+    return "auto" if text.strip().lower() == "auto" else index(text)
+
+
 def transmittance(text: str) -> float:
     """Return a transmittance, at least 0 and under 1."""
     return _number_if(text, lambda value: 0 <= value < 1, "a transmittance of at least 0 and under 1")

@@ -25,6 +25,7 @@ from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.spaces import turned
+from texvol.util import locations
 from texvol.util.errors import InputError
 
 if TYPE_CHECKING:
@@ -86,7 +87,7 @@ class AddedChoice:
         """
         from texvol.formats.readers import load
 
-        return load(self.file, spacing=self.chosen.get("spacing"), **reading.chosen(self.chosen))
+        return load(self.file, spacing=self.chosen.get("spacing"), **reading.arguments_of(reading.chosen(self.chosen)))
 
     def added_to(self, first: Volume, loaded: Volume, number: int) -> AddedVolume:
         """Return the loaded volume with transfer function and mask, in the world of the scene's first volume.
@@ -181,7 +182,7 @@ def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
     if isinstance(value, list):
         return [_moved(each, folder) for each in value]
     if isinstance(value, AddedChoice):
-        return AddedChoice(str(Path(folder) / value.file), beside(value.chosen, folder))
+        return AddedChoice(locations.beside(folder, value.file), beside(value.chosen, folder))
     names_file = isinstance(value, files.TransformChoice) and bool(value.path)
     if names_file or isinstance(value, files.MaskChoice | files.MeshChoice | files.DepthChoice):
         return value._replace(path=str(Path(folder) / value.path))

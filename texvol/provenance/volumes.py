@@ -19,6 +19,7 @@ from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError
+from texvol.util.locations import is_remote
 
 AnyVolume = Volume | str | os.PathLike[str] | None
 ALWAYS = ("volume", "dimensions", "spacing")
@@ -121,6 +122,9 @@ def positions(source: Mapping[str, Any], folder: Folder) -> Iterator[str]:
     if folder is not None and path:
         candidates += [os.path.join(folder, path), os.path.join(folder, os.path.basename(path.rstrip("/\\")))]
     seen = set()
+    if is_remote(path):
+        yield path
+        return
     for each in [*candidates, absolute]:
         # Reading a pipe or a device would block.
         if each and (os.path.isfile(each) or os.path.isdir(each)) and os.path.realpath(each) not in seen:

@@ -19,6 +19,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
 from texvol.scene.volume import OF_PLACE, Volume
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import Unchanged
@@ -104,7 +105,13 @@ class LargeVolume(Volume):
     memory : int, optional
         Bytes of samples that may be held in memory; half of what is free by default.
     unit, value_unit, space, name, source, notes, labels
-        As of `Volume`.
+        As of `Volume`; `notes` also name the chunks that turned out to be missing.
+    channel : Channel, optional
+        Which of the `channels` of an image it is, if that has several.
+    images : sequence of str
+        Names of the images in its store.
+    times : sequence of float
+        Times of all steps in its store, in `time_unit`.
 
     Raises
     ------
@@ -128,8 +135,15 @@ class LargeVolume(Volume):
         notes: Sequence[str] = (),
         labels: bool = False,
         blocks: bool = False,
+        channel: Channel | None = None,
+        channels: Sequence[Channel] = (),
+        images: Sequence[str] = (),
+        times: Sequence[float] | None = None,
+        time_unit: str = "",
     ) -> None:
         self.name, self.levels, self.resampling, self.colors = name, tuple(levels), None, None
+        self.channel, self.channels, self.images = channel, tuple(channels), tuple(images)
+        self.times, self.time_unit = tuple(times or ()), time_unit
         if not self.levels:
             raise InputError(f"{name}: a volume must have a level of samples, got none")
         for level in self.levels:
@@ -139,6 +153,15 @@ class LargeVolume(Volume):
         self._place(spacing, origin, direction)
         self._describe(unit, value_unit, space, source, notes)
         self._unchanged = Unchanged()
+
+    @property
+    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Choices of the reader, and chunks that turned out to be missing so far."""
+        return (*self._notes, *(note for each in self.levels for note in getattr(each.source, "notes", ())))
+
+    @notes.setter
+    def notes(self, notes: Sequence[str]) -> None:
+        self._notes = tuple(notes)
 
     @property
     def values(self) -> NDArray:  # type: ignore[override]

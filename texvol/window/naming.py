@@ -9,7 +9,7 @@ from typing import Any
 from texvol.formats.readers import ARGUMENTS
 from texvol.scene.volume import Volume
 
-_SAYS_WHICH = ("series", "channel", "variable", "time", "shape", "dtype", "labels", "blocks", "color")
+_SAYS_WHICH = ("series", "image", "channel", "variable", "time", "level", "shape", "dtype", "labels", "blocks", "color")
 
 
 def how_read(source: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from texvol.options.reading import READING
 from texvol.scene.scene import Scene
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError
+from texvol.util.locations import absolute, may_exist
 from texvol.window.naming import called
 from texvol.window.scene_writing import volume_table
 
@@ -47,7 +48,7 @@ class Recent:
             If an option is not valid.
         """
         try:
-            return {name: _TOLD[name].from_file(value) for name, value in self.how.items()}
+            return {name: _TOLD[name.replace("_", "-")].from_file(value) for name, value in self.how.items()}
         except ArgumentTypeError as error:
             raise InputError(f"{self.path}: {error}") from None
 
@@ -88,14 +89,14 @@ def files() -> list[Recent]:
     with suppress(OSError, ValueError, RuntimeError):
         content = text_files.parsed_json(text_files.read_text(state_file(), "JSON", _MOST_BYTES), str(state_file()))
         found = map(Recent.from_json, content if isinstance(content, list) else [])
-        return [each for each in found if each is not None and os.path.exists(each.path)][:_MOST]
+        return [each for each in found if each is not None and may_exist(each.path)][:_MOST]
     return []
 
 
 def add(path: str, options: Mapping[str, Any]) -> None:
     """Put a file at the front of the list; the same file with other options is another entry."""
     with suppress(OSError, RuntimeError, ValueError, TypeError):  # the list is lost if the folder can't be written
-        newest = Recent(os.path.abspath(path), json.loads(json.dumps(options)))  # tuples become lists, to be compared
+        newest = Recent(absolute(path), json.loads(json.dumps(options)))  # tuples become lists, to be compared
         kept = [newest, *(each for each in files() if each != newest)][:_MOST]
         state_file().parent.mkdir(parents=True, exist_ok=True)
         text = json.dumps([each.as_json() for each in kept], indent=1)

@@ -26,6 +26,7 @@ from texvol.scene.lighting import Light
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
 from texvol.util.errors import InputError
+from texvol.util.locations import is_remote
 from texvol.window.editing import owner_of
 from texvol.window.jobs import Showing
 
@@ -91,7 +92,9 @@ def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
     """Return the file of a volume or a mask, relative to a folder."""
     if "absolute" not in source:
         raise InputError(f"the scene's {what} was not read from a file, so that a scene file can't name it")
-    return source["absolute"] if folder is None else os.path.relpath(source["absolute"], folder)
+    if folder is None or is_remote(source["absolute"]):
+        return str(source["absolute"])
+    return os.path.relpath(source["absolute"], folder)
 
 
 def _volume(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:

@@ -35,14 +35,20 @@ def load(
     blocks: bool = False,
     color: bool | None = None,
     missing: float | Sequence[float] | None = None,
+    image: str | int | None = None,
+    level: int | Literal["auto"] | None = None,
+    fix_pyramid: bool = False,
+    missing_chunks: bool = False,
+    memory: int | None = None,
 ) -> Volume:
-    """Return the volume of a file or a folder of slices.
+    """Return the volume of a file, a folder of slices, or a store of chunks.
 
     Parameters
     ----------
     path : str or path
         NRRD, NIfTI, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), MRC, VTI, VTR, VTS, netCDF,
-        NPY, or raw samples; an unstructured grid as VTU, Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
+        NPY, or raw samples; OME-Zarr and Zarr, also as http://, https:// or s3:// URL, HDF5 and Imaris, which become a
+        `LargeVolume`; an unstructured grid as VTU, Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
     shape : (nx, ny, nz)
         Dimensions of a raw file; of no other, since the others say.
     dtype : str
@@ -57,7 +63,8 @@ def load(
     time : int
         Which time step, from 0.
     variable : str
-        Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars.
+        Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars. Which
+        dataset of HDF5, or array of a Zarr group without images.
     resolution : (nx, ny, nz)
         Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its
         finest spacing needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
@@ -71,6 +78,16 @@ def load(
     missing : number or sequence of numbers, optional
         Samples of these values are missing, beside those that the file itself marks: they become NaN, and integers
         float32, or float64 where that has not the digits. Of an array, masked ones are (`numpy.ma.masked_equal`).
+    image : str or int
+        Which image of a Zarr store: its name, number or path, such as "labels/nuclei".
+    level : int or "auto"
+        Level of a store's pyramid that is the finest to be read, from 0; all of them by default.
+    fix_pyramid : bool
+        Whether levels of a store are moved to where a comparison with the next finer level finds them.
+    missing_chunks : bool
+        Whether chunks of a store that cannot be read count as missing, instead of being an error.
+    memory : int
+        Bytes of a store's samples that may be held in memory; half of what is free by default.
 
     Returns
     -------
@@ -85,7 +102,10 @@ def load(
         If the library for this format is not installed.
     """
     name = os.fspath(path)
-    told = Choice(shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing)
+    told = Choice(
+        shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing,
+        image, level, fix_pyramid, missing_chunks, memory,
+    )  # fmt: skip
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)
 

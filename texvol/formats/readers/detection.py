@@ -7,7 +7,9 @@ import re
 import stat
 import zlib
 
+from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.formats.readers.samples import Choice, FileFault
+from texvol.util.locations import is_remote
 
 _PACKED = ("", ".gz", ".bz2")
 FORMATS = {
@@ -28,10 +30,14 @@ FORMATS = {
     "XDMF": (".xdmf", ".xmf"),
     "MED": (".med",),
     "NPY": (".npy",),
+    "Zarr": (".zarr",),
+    "HDF5": (".h5", ".hdf5", ".hdf", ".he5"),
+    "Imaris": (".ims",),
     "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
 }
 READ = ", ".join(FORMATS)
 _READERS = dict.fromkeys(("VTK", "Gmsh", "XDMF", "MED"), "meshes")  # modules that are not named like the format
+STORES = ("Zarr", "HDF5", "Imaris")  # whose samples stay where they are until they are asked for
 
 TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample To Image, and save that as VTI"
 _SAVE = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
@@ -48,9 +54,7 @@ _REFUSED = (
     ("PVTI (a VTK grid in parts)", (".pvti",), _SAVE),
     ("PVTR (a VTK grid in parts)", (".pvtr",), _SAVE),
     ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
-    ("OME-Zarr", (".zarr",), _OTHERS),
     ("VTP (VTK polygons)", (".vtp",), _OTHERS),
-    ("HDF5", (".h5", ".hdf5"), _OTHERS),
     ("NPZ", (".npz",), _OTHERS),
     ("MINC", (".mnc",), _OTHERS),
     ("PNG", (".png",), _OTHERS),
@@ -62,12 +66,12 @@ _REFUSED = (
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
 _READ_XML |= {"UnstructuredGrid": "VTU", "PUnstructuredGrid": "VTU"}
 _UNREAD_XML = {"PolyData": "VTP (VTK polygons)"}
-_HDF5 = "HDF5 (netCDF-4 is of this kind too, and named .nc)"
+_HDF5 = "HDF5"
 _UNKNOWN = "of no known kind"
 
 # Formats with several variables, and those whose grid may need resampling.
 UNSTRUCTURED = ("VTU", "Exodus", "VTK", "Gmsh", "XDMF", "MED")
-_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS", *UNSTRUCTURED)
+_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS", "Zarr", "HDF5", *UNSTRUCTURED)
 RESAMPLED = ("netCDF", "VTR", "VTS", *UNSTRUCTURED)
 _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
@@ -101,12 +105,13 @@ _MAGIC = (
     (0, b"$MeshFormat", "Gmsh"),
 )
 # Formats whose files are of another kind at their beginning.
-_CONTAINERS = {"netCDF": (_HDF5,), "Exodus": (_HDF5, "netCDF"), "MED": (_HDF5,)}
+_CONTAINERS = {"netCDF": (_HDF5,), "Exodus": (_HDF5, "netCDF"), "MED": (_HDF5,), "Imaris": (_HDF5,)}
 
 
 def reader_of(kind: str) -> str:
     """Return the name of the module that reads a format, a key of FORMATS."""
-    return _READERS.get(kind, kind.lower())
+    package = "texvol.formats.stores" if kind in STORES else "texvol.formats.readers"
+    return f"{package}.{_READERS.get(kind, kind.lower())}"
 
 
 def format_of(path: str, choice: Choice) -> str:
@@ -117,18 +122,27 @@ def format_of(path: str, choice: Choice) -> str:
     FileFault
         If it does not exist, is empty, is not read by texvol, or contradicts its name.
     """
+    found = "Zarr" if is_remote(path) else _format_here(path, choice)
+    _check_choice(found, choice)
+    return found
+
+
+def _format_here(path: str, choice: Choice) -> str:
     try:
         status = os.stat(path)
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         raise FileFault("no such file") from None
     if stat.S_ISDIR(status.st_mode):
-        found = _format_of_folder(path)
-    elif not stat.S_ISREG(status.st_mode):
+        return _format_of_folder(path)
+    if not stat.S_ISREG(status.st_mode):
         raise FileFault("is not a regular file")
-    elif status.st_size == 0:
+    if status.st_size == 0:
         raise FileFault("is empty")
-    else:
-        found = _format_of_file(path, choice)
+    return _format_of_file(path, choice)
+
+
+def _check_choice(found: str, choice: Choice) -> None:
+    """Raise FileFault if an option is not for the format."""
     if found != "raw" and (choice.shape is not None or choice.dtype is not None):
         raise FileFault(f"is {found}, which has its own shape and type: --shape and --dtype are for raw files")
     if found != "DICOM" and choice.series is not None:
@@ -140,7 +154,14 @@ def format_of(path: str, choice: Choice) -> str:
         raise FileFault(f"is {found}, whose samples are on a regular grid: --resolution is for the grids of {names}")
     if found not in _WITH_COLORS and choice.color:
         raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
-    return found
+    told = {"--image": choice.image is not None and found != "Zarr", "--level": choice.level is not None}
+    told |= {"--fix-pyramid": choice.fix_pyramid, "--missing-chunks": choice.missing_chunks}
+    for option, is_told in told.items():
+        if is_told and (found not in STORES or option == "--image"):
+            kinds = "Zarr" if option == "--image" else ", ".join(STORES)
+            raise FileFault(f"is {found}: {option} is for stores of chunks ({kinds})")
+    if found in STORES and choice.channel == MAGNITUDE:
+        raise FileFault(f"is {found}, whose channels are no components of vectors: --channel N reads one of them")
 
 
 def _format_of_file(path: str, choice: Choice) -> str:
@@ -214,10 +235,10 @@ def _unpacked_head(head: bytes) -> bytes:
 
 
 def _format_of_folder(path: str) -> str:
-    """Return DICOM or TIFF, by the files of a folder."""
+    """Return Zarr, DICOM or TIFF, by the files of a folder."""
     names = sorted(os.listdir(path))
     if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
-        raise FileFault(f"is OME-Zarr, which texvol does not read yet; {_OTHERS}")
+        return "Zarr"
     files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]
     if not files:
         raise FileFault("is a folder without files; it must hold DICOM or TIFF slices")

@@ -9,18 +9,21 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, format_of, reader_of
+from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
+from texvol.util.locations import absolute, public
 from texvol.util.terminal import library_reason
 
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
-ARGUMENTS = tuple(name for name in Choice._fields if name not in ("counting", "kept"))
+ARGUMENTS = tuple(name for name in Choice._fields if name not in ("memory", "counting", "kept"))
 
+# Fields of Samples that only the volume of a store has.
+_OF_STORES = ("levels", "channel", "channels", "images", "times", "time_unit")
 _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 
@@ -47,7 +50,20 @@ def checked(name: str, choice: Choice) -> Choice:
             labels=bool(choice.labels),
             blocks=bool(choice.blocks),
             missing=missing,
+            image=None if choice.image is None else str(choice.image),
+            level=_level(choice.level),
+            fix_pyramid=bool(choice.fix_pyramid),
+            missing_chunks=bool(choice.missing_chunks),
         )
+
+
+def _level(told: Any) -> int | None:
+    """Return the number of a level, or None for all of them."""
+    if told is None or told == "auto":
+        return None
+    if isinstance(told, bool) or not isinstance(told, int) or told < 0:
+        raise FileFault(f"level must be auto or a number from 0, got {told!r}")
+    return told
 
 
 def read(name: str, choice: Choice) -> Samples:
@@ -63,16 +79,17 @@ def read(name: str, choice: Choice) -> Samples:
     with named_faults(name, "a volume", "formats"):
         kind = format_of(name, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
-    with named_faults(name, kind, "formats"), quiet:
+    with named_faults(name, kind, "zarr" if kind in STORES else "formats"), quiet:
         read_one = partial(_read, name, kind)
         return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
 
 
 def _read(name: str, kind: str, choice: Choice) -> Samples:
-    samples: Samples = import_module(f"texvol.formats.readers.{reader_of(kind)}").read(name, choice)
+    samples: Samples = import_module(reader_of(kind)).read(name, choice)
     if choice.missing and samples.colors is not None:
         raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
-    if not choice.missing or kind in RESAMPLED:  # which mark missing samples themselves, before they interpolate
+    # Which mark missing samples themselves, before they interpolate, or whenever they read some.
+    if not choice.missing or kind in RESAMPLED or samples.levels:
         return samples
     values, notes = without_chosen(samples.values, choice)
     return samples._replace(values=values, notes=(*samples.notes, *notes))
@@ -86,16 +103,24 @@ def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
             raise FileFault(f"is {kind}: tetrahedra are read from {', '.join(UNSTRUCTURED)}")
     with named_faults(name, kind, "formats"), silent_libraries():
         grid: TetrahedralGrid
-        grid, _ = import_module(f"texvol.formats.readers.{reader_of(kind)}").tetrahedra(name, choice)
+        grid, _ = import_module(reader_of(kind)).tetrahedra(name, choice)
         return grid
 
 
 def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
     """Return the volume of the samples of the file `name`; a chosen spacing overrides the file's."""
-    fields = {key: thing for key, thing in samples._asdict().items() if key not in ("times", "time_unit")}
+    fields = samples._asdict()
     if choice.spacing is not None:
         fields["spacing"] = choice.spacing
-    return Volume(**fields, name=name, source=_source(name, choice), labels=choice.labels, blocks=choice.blocks)
+    fields["labels"] = choice.labels or samples.labels
+    fields |= {"name": public(name), "source": _source(name, choice), "blocks": choice.blocks}
+    if not samples.levels:
+        return Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
+    from texvol.scene.large_volume import LargeVolume
+
+    for key in ("values", "resampling", "colors"):
+        del fields[key]
+    return LargeVolume(**fields, memory=choice.memory).at_level(choice.level or 0)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:
@@ -104,7 +129,9 @@ def _source(path: str, choice: Choice) -> dict[str, Any]:
     told["labels"], told["blocks"] = choice.labels or None, choice.blocks or None
     told["missing"] = list(choice.missing) or None
     told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
-    position = {"path": path, "absolute": os.path.abspath(path)}
+    told["fix_pyramid"], told["missing_chunks"] = choice.fix_pyramid or None, choice.missing_chunks or None
+    del told["level"]  # which the volume of that level has
+    position = {"path": public(path), "absolute": public(absolute(path))}
     return position | {name: thing for name, thing in told.items() if thing is not None}
 
 
@@ -135,6 +162,7 @@ def named_faults(name: str, kind: str, extra: str) -> Iterator[None]:
     MissingExtraError
         If a library of `extra` is missing.
     """
+    name = public(name)
     try:
         yield
     except FileFault as fault:

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
+from texvol.scene.large_volume import Level
 from texvol.util.memory import free_memory
 
 T = TypeVar("T")
@@ -50,6 +52,11 @@ class Choice(NamedTuple):
     blocks: bool = False
     color: bool | None = None
     missing: Any = ()
+    image: str | int | None = None
+    level: int | str | None = None
+    fix_pyramid: bool = False
+    missing_chunks: bool = False
+    memory: int | None = None
     counting: bool = False
     kept: dict[Any, Any] | None = None
 
@@ -58,7 +65,8 @@ class Samples(NamedTuple):
     """Result of a reader: unchecked values of shape (nz, ny, nx), and the grid as in `Volume`.
 
     `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
-    has them.
+    has them. Of a store there are `levels` in place of values, and as in `LargeVolume` `channel`, `channels`, `images`;
+    `labels` is True if the store says that its values are.
     """
 
     values: NDArray
@@ -73,6 +81,16 @@ class Samples(NamedTuple):
     times: Sequence[float] | None = None
     time_unit: str = ""
     colors: NDArray | None = None
+    labels: bool = False
+    levels: tuple[Level, ...] = ()
+    channel: Channel | None = None
+    channels: tuple[Channel, ...] = ()
+    images: tuple[str, ...] = ()
+
+    @classmethod
+    def of_levels(cls, levels: tuple[Level, ...], *place: Any, **more: Any) -> Samples:
+        """Return samples that stay in a store; `place` is spacing and origin."""
+        return cls(np.empty((0, 0, 0)), *place, levels=levels, **more)
 
 
 def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:

@@ -15,6 +15,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
+from texvol.scene.channel import Channel
 from texvol.scene.transfer import histogram
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
@@ -129,6 +130,10 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
+# Of channels that emit, per mean edge of the box: bright where a tenth of the way is as bright as the window's end, and so
+# thin that what lies behind shows.
+_GLOW, _ABSORPTION = 10.0, 4.0
+
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 
 PRESETS: tuple[str, ...] = (
@@ -215,7 +220,7 @@ def _content_of_table(volume: Volume) -> dict[str, Any]:
 def proposed_for(volume: Volume) -> TransferFunction:
     """Transfer function for an unknown volume, the same object each time for the same volume.
 
-    Labels get a colour each, see `label_function`. Samples with colours of their own keep them, and are the denser the
+    Labels get a colour each, see `label_function`. A channel of several emits its own colour. Samples with colours of their own keep them, and are the denser the
     brighter they are. Of other volumes the values above the background show, denser where they are larger.
     """
     if volume not in _PROPOSED:
@@ -223,15 +228,39 @@ def proposed_for(volume: Volume) -> TransferFunction:
             _PROPOSED[volume] = label_function(volume)
         elif volume.colors is not None:
             _PROPOSED[volume] = _from_points(_AS_IT_IS, volume, "data", "proposed")
+        elif channel := getattr(volume, "channel", None):
+            _PROPOSED[volume] = channel_function(volume, channel)
         else:
             _PROPOSED[volume] = _from_points(_PROPOSAL, volume, "matter", "proposed")
     return _PROPOSED[volume]
 
 
+def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
+    """Emission in the colour of one of several channels, from 0 at the start of its window to bright at its end.
+
+    A window as wide as the type of the samples says nothing; the range of the medium stands for it, and a hue by the
+    channel's number for a colour that is not told.
+    """
+    window = channel.window
+    if window is not None and volume.dtype.kind in "iu":
+        limits = np.iinfo(volume.dtype)
+        window = None if window[0] <= limits.min and window[1] >= limits.max else window
+    color = np.array(_HUES[channel.number % len(_HUES)] if channel.color is None else channel.color)
+    units = Units(volume, "matter", "box")
+    ends = units.placed(np.array([0.0, 1.0])) if window is None else np.array(window)
+    return TransferFunction(
+        ends,
+        np.outer([0.0, _GLOW * units.per_length], color),
+        np.array([0.0, _ABSORPTION * units.per_length]),
+        emissive=True,
+        name=channel.name or f"channel {channel.number}",
+    )
+
+
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
     """Transfer function for one of several unknown volumes, in a hue that depends on its number."""
     proposed = proposed_for(volume)
-    if volume.labels or volume.colors is not None:
+    if volume.labels or volume.colors is not None or getattr(volume, "channel", None):
         return proposed
     # As much lighter as the proposal is: its hue becomes another, its brightest point all but white.
     brightness = proposed.colors.max(axis=1, keepdims=True)

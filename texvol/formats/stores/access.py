@@ -1,0 +1,208 @@
+"""A Zarr store on this machine or on a server: its metadata, and its arrays opened by TensorStore.
+
+A server that does not answer is asked a few times, and then named in an error: nothing waits for ever.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import time
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+from urllib.parse import quote, urlsplit
+
+from texvol.formats.readers.samples import FileFault
+from texvol.util.locations import is_remote
+
+_MOST_BYTES = 64 << 20  # of one piece of metadata
+_PATIENCE = 30.0  # seconds without a byte after which a server is given up
+_RETRIES = {"max_retries": 3, "initial_delay": "200ms", "max_delay": "2s"}  # at most some 4 s beside the answers
+_METADATA = ("zarr.json", ".zarray", ".zgroup", ".zattrs")
+_HOME = "~/.aws/credentials"
+
+
+class Store:
+    """Zarr hierarchy at a path or URL; keys are relative to it, "" is its root."""
+
+    def __init__(self, path: str) -> None:
+        self.path = path
+        self.is_remote = is_remote(path)
+        self._json: dict[str, Any] = {}
+
+    def json(self, key: str) -> Any:
+        """Return the content of a JSON file, or None if there is none.
+
+        Raises
+        ------
+        FileFault
+            If it cannot be read, or is not a JSON object.
+        """
+        if key not in self._json:
+            found = waited(self._kvstore.read(key), self._kvstore)
+            self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
+        return self._json[key]
+
+    def attributes(self, group: str) -> dict[str, Any] | None:
+        """Return the attributes of a group or an array; None if there is neither."""
+        node = self.json(joined(group, "zarr.json"))
+        if node is not None:
+            return _object(node.get("attributes", {}), joined(group, "zarr.json"))
+        attributes = self.json(joined(group, ".zattrs"))
+        if attributes is not None:
+            return _object(attributes, joined(group, ".zattrs"))
+        known = any(self.json(joined(group, each)) is not None for each in (".zgroup", ".zarray"))
+        return {} if known else None
+
+    def version(self, key: str) -> int:
+        """Return the Zarr format of an array, 2 or 3, or 0 if there is no array."""
+        node = self.json(joined(key, "zarr.json"))
+        if node is not None:
+            return 3 if node.get("node_type") == "array" else 0
+        return 2 if self.json(joined(key, ".zarray")) is not None else 0
+
+    def members(self, group: str) -> list[str]:
+        """Return names of groups and arrays in a group, as far as the store tells them."""
+        prefix = f"{group}/" if group else ""
+        known = {key[len(prefix) :].split("/")[0] for key in self._consolidated if key.startswith(prefix)}
+        if not self.is_remote:
+            folder = os.path.join(self.path, group)
+            known |= {each for each in os.listdir(folder) if _is_node(os.path.join(folder, each))}
+        return sorted(each for each in known if each and each not in _METADATA)
+
+    @cached_property
+    def _consolidated(self) -> tuple[str, ...]:
+        """Names of all nodes that the root lists."""
+        inner = ((self.json("zarr.json") or {}).get("consolidated_metadata") or {}).get("metadata") or {}
+        old = (self.json(".zmetadata") or {}).get("metadata") or {}
+        return (*inner, *(key.rpartition("/")[0] for key in old))
+
+    def open_arrays(self, keys: Sequence[str]) -> list[Any]:
+        """Return the arrays as TensorStores, all opened at once.
+
+        Raises
+        ------
+        FileFault
+            If one does not exist, or TensorStore cannot read its kind.
+        """
+        import tensorstore
+
+        opened = []
+        for key in keys:
+            version = self.version(key)
+            if not version:
+                raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
+            spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
+            opened.append(tensorstore.open(spec, context=self._context, read=True, open=True))
+        return [
+            waited(each, self._kvstore, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)
+        ]
+
+    @cached_property
+    def _kvstore(self) -> Any:
+        import tensorstore
+
+        return tensorstore.KvStore.open(self._spec(""), context=self._context).result()
+
+    @cached_property
+    def _context(self) -> Any:
+        import tensorstore
+
+        # No cache: who draws keeps the samples that it needs.
+        known: dict[str, Any] = {"cache_pool": {"total_bytes_limit": 0}}
+        if self.is_remote:
+            known |= {"http_request_retries": _RETRIES, "s3_request_retries": _RETRIES}
+        return tensorstore.Context(known)
+
+    def _spec(self, key: str) -> dict[str, Any]:
+        """Return TensorStore's description of where an array or the root lies."""
+        if not self.is_remote:
+            return {"driver": "file", "path": os.path.join(os.path.abspath(self.path), key, "")}
+        parts = urlsplit(self.path)
+        below = "/".join(each for each in (parts.path.strip("/"), key) if each) + "/"
+        if parts.scheme.lower() == "s3":
+            return {"driver": "s3", "bucket": parts.netloc, "path": below, **_s3()}
+        query = f"?{parts.query}" if parts.query else ""
+        path = below if "%" in parts.path else quote(below)
+        return {"driver": "http", "base_url": f"{parts.scheme}://{parts.netloc}{query}", "path": f"/{path}"}
+
+
+def joined(group: str, name: str) -> str:
+    """Return the key of what has a name in a group."""
+    return "/".join(each for each in (group.strip("/"), name.strip("/")) if each)
+
+
+def waited(future: Any, store: Any = None, where: str = "") -> Any:
+    """Return the result of TensorStore's future.
+
+    Raises
+    ------
+    FileFault
+        If it fails, or no byte has come for half a minute.
+    """
+    seen, since = -1, time.monotonic()
+    while True:
+        try:
+            return future.result(timeout=1)
+        except TimeoutError:
+            if (now := bytes_so_far()) != seen:
+                seen, since = now, time.monotonic()
+            elif time.monotonic() - since > _PATIENCE:
+                raise FileFault(f"{where}its server has sent nothing for {_PATIENCE:g} s") from None
+        except (ValueError, OSError, NotImplementedError) as error:
+            raise FileFault(where + reason_of(error)) from None
+
+
+def reason_of(error: Exception) -> str:
+    """Return TensorStore's message without its annotations, and without the place, which the caller names."""
+    text = re.sub(
+        r"\s*\[(?:tensorstore_spec|source locations|curl_code|http_response|byte_offset)=.*", "", str(error), flags=re.S
+    )
+    text = re.sub(r"\b[A-Z][A-Z_]+: ", "", text)
+    text = re.sub(r"(https?|s3)://\S+?(?=[\s\"':;,]|$)", "its server", text)
+    return " ".join(text.split()) or type(error).__name__
+
+
+def bytes_so_far() -> int:
+    """Return bytes that TensorStore has read from all stores in this process."""
+    import tensorstore
+
+    found = tensorstore.experimental_collect_matching_metrics("/tensorstore/kvstore/")
+    return sum(int(each["values"][0]["value"]) for each in found if each["name"].endswith("/bytes_read"))
+
+
+def _parsed(key: str, content: bytes) -> dict[str, Any]:
+    if len(content) > _MOST_BYTES:
+        raise FileFault(f"its {key} has {len(content)} bytes; metadata must have at most {_MOST_BYTES}")
+    try:
+        found = json.loads(content)
+    except (ValueError, RecursionError):
+        raise FileFault(f"its {key} is not JSON") from None
+    return _object(found, key)
+
+
+def _object(thing: Any, key: str) -> dict[str, Any]:
+    if not isinstance(thing, Mapping):
+        raise FileFault(f"its {key} must hold a JSON object, got {type(thing).__name__}")
+    return dict(thing)
+
+
+def _is_node(folder: str) -> bool:
+    return any(os.path.isfile(os.path.join(folder, each)) for each in _METADATA)
+
+
+def _s3() -> dict[str, Any]:
+    """Return endpoint, region and credentials of S3, as the environment names them for all its tools."""
+    asked = os.environ.get
+    found: dict[str, Any] = {}
+    if endpoint := asked("AWS_ENDPOINT_URL_S3") or asked("AWS_ENDPOINT_URL"):
+        found["endpoint"] = endpoint.rstrip("/")
+    if region := asked("AWS_REGION") or asked("AWS_DEFAULT_REGION") or (endpoint and "us-east-1"):
+        found["aws_region"] = region
+    if asked("AWS_ACCESS_KEY_ID"):
+        found["aws_credentials"] = {"type": "environment"}
+    elif not (asked("AWS_PROFILE") or asked("AWS_ROLE_ARN") or os.path.exists(os.path.expanduser(_HOME))):
+        found["aws_credentials"] = {"type": "anonymous"}  # public buckets
+    return found
