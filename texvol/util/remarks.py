@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-
-Remark = Callable[[], Iterable[str]]
-_LATE: list[Remark] = []
+from typing import Protocol
+from weakref import WeakSet
 
 
-def make_at_end(remark: Remark) -> None:
-    """Keep a remark, which is called when the command has ended."""
-    _LATE.append(remark)
+class Noted(Protocol):
+    """Thing with sentences about it."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences of the moment."""
+
+
+_LATE: WeakSet[Noted] = WeakSet()
+
+
+def make_at_end(noted: Noted) -> None:
+    """Remember a thing, whose notes are told when the command has ended."""
+    _LATE.add(noted)
 
 
 def taken() -> list[str]:
-    """Return the sentences of all remarks, each once, and forget them."""
-    found = [sentence for remark in _LATE for sentence in remark()]
+    """Return the notes of all such things, sorted, each once, and forget the things."""
+    found = sorted({sentence for each in _LATE for sentence in each.notes})
     _LATE.clear()
-    return list(dict.fromkeys(found))
+    return found

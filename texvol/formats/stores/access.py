@@ -9,7 +9,8 @@ import json
 import os
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 from typing import Any
 from urllib.parse import quote, urlsplit
@@ -19,8 +20,11 @@ from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
 _PATIENCE = 30.0  # seconds without a byte after which a server is given up
+_DOUBT = 3.0  # seconds after which a server is asked whether it is there
 _RETRIES = {"max_retries": 3, "initial_delay": "200ms", "max_delay": "2s"}  # at most some 4 s beside the answers
 _METADATA = ("zarr.json", ".zarray", ".zgroup", ".zattrs")
+_LOOPBACK = ("localhost", "127.0.0.1", "::1")
+_LONGEST = 160  # characters of a cause
 _HOME = "~/.aws/credentials"
 
 
@@ -41,7 +45,7 @@ class Store:
             If it cannot be read, or is not a JSON object.
         """
         if key not in self._json:
-            found = waited(self._kvstore.read(key), self._kvstore)
+            found = waited(self._kvstore.read(key))
             self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
         return self._json[key]
 
@@ -96,9 +100,22 @@ class Store:
                 raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
             spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
             opened.append(tensorstore.open(spec, context=self._context, read=True, open=True))
-        return [
-            waited(each, self._kvstore, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)
-        ]
+        return [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+
+    def check_alive(self) -> None:
+        """Raise ServerFault if the server refuses to answer; do nothing of a store on this machine."""
+        import tensorstore
+
+        if not self.is_remote:
+            return
+        once = {"max_retries": 1, "initial_delay": "100ms", "max_delay": "100ms"}
+        # A context of its own, so that the question is not queued behind those that wait.
+        context = tensorstore.Context({"http_request_retries": once, "s3_request_retries": once})
+        with suppress(TimeoutError):
+            try:
+                tensorstore.KvStore.open(self._spec(""), context=context).result().read("zarr.json").result(timeout=_DOUBT)
+            except (ValueError, OSError) as error:
+                raise ServerFault(reason_of(error)) from None
 
     @cached_property
     def _kvstore(self) -> Any:
@@ -114,6 +131,9 @@ class Store:
         known: dict[str, Any] = {"cache_pool": {"total_bytes_limit": 0}}
         if self.is_remote:
             known |= {"http_request_retries": _RETRIES, "s3_request_retries": _RETRIES}
+        if urlsplit(self.path).hostname in _LOOPBACK:
+            # Simple servers queue 5 connections; one more waits for a second until it is tried again.
+            known |= {"http_request_concurrency": {"limit": 4}}
         return tensorstore.Context(known)
 
     def _spec(self, key: str) -> dict[str, Any]:
@@ -134,35 +154,56 @@ def joined(group: str, name: str) -> str:
     return "/".join(each for each in (group.strip("/"), name.strip("/")) if each)
 
 
-def waited(future: Any, store: Any = None, where: str = "") -> Any:
+class ServerFault(FileFault):
+    """A server that does not answer, which is not the fault of a chunk."""
+
+
+def waited(future: Any, where: str = "", check_alive: Callable[[], None] | None = None) -> Any:
     """Return the result of TensorStore's future.
+
+    Parameters
+    ----------
+    where : str
+        Begin of the message of a fault.
+    check_alive : callable, optional
+        Called when no byte has come for some seconds; raises ServerFault if the server is gone. TensorStore itself ends
+        only when it has tried every single chunk.
 
     Raises
     ------
     FileFault
-        If it fails, or no byte has come for half a minute.
+        If it fails; a ServerFault if the server does not answer, or no byte has come for half a minute.
     """
-    seen, since = -1, time.monotonic()
+    seen, since, asked = -1, time.monotonic(), False
     while True:
         try:
             return future.result(timeout=1)
         except TimeoutError:
+            waiting = time.monotonic() - since
             if (now := bytes_so_far()) != seen:
-                seen, since = now, time.monotonic()
-            elif time.monotonic() - since > _PATIENCE:
-                raise FileFault(f"{where}its server has sent nothing for {_PATIENCE:g} s") from None
+                seen, since, asked = now, time.monotonic(), False
+            elif waiting > _PATIENCE:
+                raise ServerFault(f"{where}its server has sent nothing for {_PATIENCE:g} s") from None
+            elif waiting > _DOUBT and check_alive is not None and not asked:
+                asked = True
+                check_alive()
         except (ValueError, OSError, NotImplementedError) as error:
-            raise FileFault(where + reason_of(error)) from None
+            kind = ServerFault if re.search(r"retry attempts failed|UNAVAILABLE|DEADLINE", str(error)) else FileFault
+            raise kind(where + reason_of(error)) from None
 
 
 def reason_of(error: Exception) -> str:
-    """Return TensorStore's message without its annotations, and without the place, which the caller names."""
-    text = re.sub(
-        r"\s*\[(?:tensorstore_spec|source locations|curl_code|http_response|byte_offset)=.*", "", str(error), flags=re.S
-    )
+    """Return the end of TensorStore's message: the cause, without annotations, and without the place, which the caller names."""
+    text = re.sub(r"\s*\[\w[\w ]*='.*", "", str(error), flags=re.S)
     text = re.sub(r"\b[A-Z][A-Z_]+: ", "", text)
-    text = re.sub(r"(https?|s3)://\S+?(?=[\s\"':;,]|$)", "its server", text)
-    return " ".join(text.split()) or type(error).__name__
+    # A URL may hold a password.
+    text = re.sub(r"(https?|s3)://[^\s\"']*[^\s\"':]", "its server", text)
+    text = re.sub(r"Error \w+ [\w ]*\"[^\"]*\": ", "", text)
+    parts = " ".join(text.split()).split(": ")
+    said = parts.pop()
+    while parts and len(parts[-1]) + len(said) < _LONGEST:
+        said = f"{parts.pop()}: {said}"
+    return said or type(error).__name__
 
 
 def bytes_so_far() -> int:

@@ -104,7 +104,7 @@ def open_array(
         )
         grid = _grid(array, names, layout, told=spacing is not None)
         source = ArraySource(
-            layout, sample_type(np.dtype(array.dtype).newbyteorder("="), str(array.dtype)),
+            layout, sample_type(np.dtype(array.dtype), str(array.dtype)),
             _chunk(array, shape, layout, chunk_shape), "array", Reading(name, marks_of(missing)), _bare(array),
         )  # fmt: skip
     except FileFault as fault:

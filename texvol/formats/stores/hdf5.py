@@ -36,7 +36,7 @@ class Hdf5Source(ChunkedSource):
     def of(cls, dataset: Any, layout: Layout, level: str, reading: Reading) -> Hdf5Source:
         """Return the samples of an open dataset; raise FileFault if these are no real numbers."""
         check_sizes(layout.sizes)
-        dtype = sample_type(dataset.dtype.newbyteorder("="), str(dataset.dtype))
+        dtype = sample_type(dataset.dtype, str(dataset.dtype))
         chunk = dataset.chunks or tuple(min(size, _SLABS) for size in dataset.shape)
         return cls(layout, dtype, tuple(chunk), level, reading, dataset)
 

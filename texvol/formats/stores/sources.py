@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.missing import Mark
 from texvol.formats.readers.samples import FileFault
+from texvol.formats.stores.access import ServerFault
 from texvol.scene.large_volume import Box, Triple
 from texvol.util import remarks
 from texvol.util.errors import InputError
@@ -135,26 +136,24 @@ class ChunkedSource(ABC):
         """Return the samples of a box; raise InputError, which names the chunk, if it cannot be read."""
         try:
             return self._marked(self.layout.turned(self.fetch(self.layout.stored(box))))
-        except FileFault as fault:
-            return self._by_chunks(box, fault)
+        except ServerFault as fault:
+            raise InputError(f"{self.reading.name}: {self.level}: {fault}") from None
+        except FileFault:
+            return self._by_chunks(box)
 
-    def _by_chunks(self, box: Box, fault: FileFault) -> NDArray:
+    def _by_chunks(self, box: Box) -> NDArray:
+        """Return the samples of a box, read chunk by chunk; what was unreadable may be readable now."""
         made = np.empty([part.stop - part.start for part in box], self.dtype)
-        found = False
         for part in _aligned(box, self.chunk_shape):
             inner = tuple(slice(p.start - b.start, p.stop - b.start) for p, b in zip(part, box, strict=True))
             try:
                 made[inner] = self._marked(self.layout.turned(self.fetch(self.layout.stored(part))))
-            except FileFault as one:
-                found = True
+            except ServerFault as fault:
+                raise InputError(f"{self.reading.name}: {self.level}: {fault}") from None
+            except FileFault as fault:
                 z, y, x = (each.start for each in part)
-                self._tell(self.layout.chunk((z, y, x), self.stored_chunk), str(one))
+                self._tell(self.layout.chunk((z, y, x), self.stored_chunk), str(fault))
                 made[inner] = np.nan
-        if not found and not self.reading.missing_chunks:
-            # The second attempt went well: a server that faltered.
-            return made
-        if not found:
-            self._tell("a part", str(fault))
         return made
 
     def _tell(self, chunk: str, reason: str) -> None:
@@ -164,7 +163,7 @@ class ChunkedSource(ABC):
             raise InputError(f"{self.reading.name}: {self.level}: {chunk} cannot be read: {reason}{hint}")
         with self._lock:
             if not self.unread:
-                remarks.make_at_end(lambda: self.notes)
+                remarks.make_at_end(self)
             self.unread.setdefault(chunk, reason)
 
     def _marked(self, part: NDArray) -> NDArray:
@@ -189,7 +188,7 @@ def sample_type(dtype: np.dtype, name: str) -> np.dtype:
     """Return the type of samples in memory for a stored type, or raise FileFault if they are no real numbers."""
     if dtype.kind == "b":
         return np.dtype(np.uint8)
-    if dtype.kind in "iuf" and dtype.itemsize <= 8 and dtype.isbuiltin:
+    if dtype.kind in "iuf" and dtype.itemsize <= 8 and dtype.type.__module__ == "numpy":
         return dtype.newbyteorder("=")
     raise FileFault(f"must hold real numbers of at most 64 bits, got type {name}")
 

@@ -52,7 +52,7 @@ def statistics_of(store: Store, group: str, key: str, layout: Layout) -> ChunkSt
 
 
 def _finished(future: object, layout: Layout, place: str) -> NDArray[np.float64]:
-    found = waited(future, None, f"its {place}: ")
+    found = waited(future, f"its {place}: ")
     return np.ascontiguousarray(layout.turned(np.asarray(found)), np.float64)
 
 

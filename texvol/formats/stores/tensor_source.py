@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -52,10 +53,13 @@ class TensorSource(ChunkedSource):
     """Samples of a TensorStore."""
 
     store: Any
+    check_alive: Callable[[], None]
     _read: int = 0
 
     @classmethod
-    def of(cls, store: Any, layout: Layout, level: str, reading: Reading) -> TensorSource:
+    def of(
+        cls, store: Any, layout: Layout, level: str, reading: Reading, check_alive: Callable[[], None]
+    ) -> TensorSource:
         """Return the samples of an open TensorStore; raise FileFault if these are no real numbers."""
         check_sizes(store.shape)
         name = store.dtype.name
@@ -64,7 +68,7 @@ class TensorSource(ChunkedSource):
         chunk = store.chunk_layout.read_chunk.shape or store.shape
         _METER.start()
         return cls(layout, dtype, tuple(int(each) or size for each, size in zip(chunk, store.shape, strict=True)),
-                   level, reading, store)  # fmt: skip
+                   level, reading, store, check_alive)  # fmt: skip
 
     @property
     def bytes_read(self) -> int:
@@ -92,7 +96,7 @@ class TensorSource(ChunkedSource):
     def fetch(self, index: tuple[int | slice, ...]) -> NDArray:
         """Return a part of the array; raise FileFault if a chunk cannot be read."""
         try:
-            part = waited(self.store[index].read(order="C"))
+            part = waited(self.store[index].read(order="C"), check_alive=self.check_alive)
         except MemoryError:
             raise FileFault("needs more memory than there is") from None
         finally:

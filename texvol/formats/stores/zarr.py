@@ -39,7 +39,7 @@ def _array(store: Store, key: str, choice: Choice) -> Samples:
     (opened,) = once(choice, "arrays", lambda: store.open_arrays([key]))
     names = _dimension_names(store, key, opened.rank)
     layout = layout_of(letters_of(names), opened.shape, choice, [str(each or "-") for each in names])
-    source = TensorSource.of(opened, layout, "level 0", _reading(store, choice))
+    source = TensorSource.of(opened, layout, "level 0", _reading(store, choice), store.check_alive)
     return Samples.of_levels((Level(source),))
 
 
@@ -66,7 +66,7 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     names = [axis.name for axis in image.axes]
     layouts = [layout_of(letters, each.shape, chosen, names) for each in opened]
     reading = _reading(store, choice)
-    sources = [TensorSource.of(each, layout, f"level {number}", reading)
+    sources = [TensorSource.of(each, layout, f"level {number}", reading, store.check_alive)
                for number, (each, layout) in enumerate(zip(opened, layouts, strict=True))]  # fmt: skip
     statistics = [None if choice.missing else statistics_of(store, image.group, dataset.key, layout)
                   for dataset, layout in zip(image.datasets, layouts, strict=True)]  # fmt: skip
