@@ -113,7 +113,9 @@ class Store:
         context = tensorstore.Context({"http_request_retries": once, "s3_request_retries": once})
         with suppress(TimeoutError):
             try:
-                tensorstore.KvStore.open(self._spec(""), context=context).result().read("zarr.json").result(timeout=_DOUBT)
+                tensorstore.KvStore.open(self._spec(""), context=context).result().read("zarr.json").result(
+                    timeout=_DOUBT
+                )
             except (ValueError, OSError) as error:
                 raise ServerFault(reason_of(error)) from None
 
