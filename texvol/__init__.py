@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries, load, load_tetrahedra
     from texvol.formats.stores.arrays import open_array
     from texvol.formats.stores.channels import load_channels
-    from texvol.ray_casting import raycast, raycast_progressively
+    from texvol.ray_casting import raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
+    from texvol.rendering.streaming.exact import raycast
     from texvol.scene.added_volume import AddedVolume
     from texvol.scene.camera import Camera
     from texvol.scene.cutting import ClipPlane
@@ -63,7 +64,7 @@ _MODULES = {
     "load_channels": "formats.stores.channels",
     "load_tetrahedra": "formats.readers",
     "open_array": "formats.stores.arrays",
-    "raycast": "ray_casting",
+    "raycast": "rendering.streaming.exact",
     "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "rendering.renderer",

@@ -82,14 +82,19 @@ def _pictures(
         yield raycast_cells(scene, size), True
         return
     from texvol.ray_casting import raycast_progressively
+    from texvol.rendering.streaming.exact import fits, raycast
 
     refinement = arguments.texture_refinement
     with status_line() as show:
         start = time.perf_counter()
 
         def tell(fraction: float) -> None:
-            left = (time.perf_counter() - start) * (1 / fraction - 1)
+            left = (time.perf_counter() - start) * (1 / fraction - 1) if fraction else 0.0
             show(f"texvol: {100 * fraction:.0f} % of the pixels, {left:.0f} s left")
 
+        if not fits(scene):
+            yield raycast(scene, size, texture_refinement=refinement, tell=tell), True
+            return
+        scene = scene.in_memory("the oracle")
         for step, picture in raycast_progressively(scene, size, texture_refinement=refinement, tell=tell):
             yield picture, step == 1

@@ -133,7 +133,7 @@ def _may_have_changed(header: Mapping[str, Any]) -> bool:
 
 def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
     """Return the oracle's picture of a scene in the form of the compared pictures."""
-    from texvol.ray_casting import raycast
+    from texvol.rendering.streaming.exact import raycast
 
     height, width = outcome.reference.pixels.shape[:2]
     form = CommonForm.of_pair(outcome.candidate, outcome.reference)

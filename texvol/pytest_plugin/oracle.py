@@ -108,7 +108,7 @@ def loose_words(outcome: Outcome) -> str:
 def truth_of(scene: Scene, size: tuple[int, int]) -> NDArray[np.float64]:
     """Return the oracle's picture."""
     try:
-        from texvol.ray_casting import raycast
+        from texvol.rendering.streaming.exact import raycast
     except ImportError as error:
         raise missing_extra("numba", "oracle", "the oracle") from error
     return raycast(scene, size)

@@ -125,7 +125,7 @@ def check_picture(
     MissingExtraError
         If numba is not installed.
     """
-    from texvol.ray_casting import raycast, raycast_pixels
+    from texvol.rendering.streaming.exact import raycast, raycast_pixels
 
     height, width = picture.shape[:2]
     if count == ALL or int(count) >= width * height:

@@ -216,6 +216,26 @@ class Scene:
             known[classification] = replace(self, classification=classification)
         return known[classification]
 
+    def in_memory(self, what: str) -> Scene:
+        """Return the scene with all volumes in memory, the same object every time; `what` needs them there.
+
+        Raises
+        ------
+        InputError
+            If a volume does not fit in memory.
+        """
+        if all(volume is volume.whole for volume in self.volumes):
+            return self
+        known: Scene | None = self.__dict__.get("_in_memory")
+        if known is None:
+            try:
+                added = tuple(replace(each, volume=each.volume.whole) for each in self.added)
+                known = replace(self, volume=self.volume.whole, added=added)
+            except InputError as error:
+                raise InputError(f"{error} ({what} cannot be drawn part by part)") from None
+            object.__setattr__(self, "_in_memory", known)
+        return known
+
     @property
     def cutting(self) -> Cutting:
         """Clip planes and crop box, with caps if there is a cut."""

@@ -192,6 +192,11 @@ class Volume(KeepsArrays):
         return nx, ny, nz
 
     @property
+    def whole(self) -> Volume:
+        """Volume with all samples in memory: itself, unless it is a `LargeVolume`."""
+        return self
+
+    @property
     def overview(self) -> Volume:
         """Volume in memory in whose values one looks for what is there: itself, or a coarser one of a `LargeVolume`."""
         return self

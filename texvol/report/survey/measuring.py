@@ -258,7 +258,7 @@ def _as_projection(scene: CompleteScene) -> Scene:
 
 def _projected(scene: CompleteScene, size: Size) -> Numbers | None:
     """Return the exact integral along each ray, shape (height, width, 1); None if the scene has no such picture."""
-    from texvol.ray_casting import raycast
+    from texvol.rendering.streaming.exact import raycast
 
     try:
         return raycast(_as_projection(scene), size)[..., :1]

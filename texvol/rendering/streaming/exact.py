@@ -1,0 +1,145 @@
+"""The oracle's picture of a large volume, region by region: only chunks that the asked rays pass are read.
+
+A region's part of the picture is that of its samples and those around, cut off by planes at the region's faces. Parts
+are composited front to back; a pixel that is opaque asks for nothing behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.picture import with_settled_light
+from texvol.rendering.streaming.sample_cache import SampleCache
+from texvol.rendering.streaming.visibility import needed_chunks, region_shows
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.slicing import bricks
+from texvol.slicing.coverage import pixels_of
+from texvol.slicing.regions import Region, brick_of, regions_of
+
+Numbers = NDArray[np.float64]
+_OPAQUE = 1e-12  # transmittance that shows in no digit of the oracle
+_REGION = 1 << 21  # samples
+
+
+def raycast(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    *,
+    texture_refinement: int = 1,
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> Numbers:
+    """Return the exact picture of a scene: see `texvol.ray_casting.raycast`.
+
+    A `LargeVolume` that does not fit in its memory is read and integrated region by region.
+
+    Raises
+    ------
+    InputError
+        As `texvol.ray_casting.raycast`; or if a volume neither fits in memory nor can be integrated in parts.
+    """
+    from texvol import ray_casting
+
+    size = checked_size(size)
+    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene):
+        width, height = size
+        rows, columns = np.divmod(np.arange(width * height), width)
+        return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)
+    return ray_casting.raycast(scene.in_memory("the oracle"), size, texture_refinement=texture_refinement)
+
+
+def raycast_pixels(
+    scene: Scene,
+    size: tuple[int, int],
+    pixels: NDArray[np.intp],
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> Numbers:
+    """Return some pixels of the picture that `raycast` returns, shape (n, 4).
+
+    Parameters
+    ----------
+    pixels : array of shape (n, 2)
+        Column and row of each, counted from the top left.
+    tell : callable
+        Is told again and again what fraction is done.
+    """
+    from texvol import ray_casting
+
+    if not is_in_parts(scene):
+        return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels)
+    complete = _settled(scene.completed(size))
+    volume = complete.volume
+    assert isinstance(volume, LargeVolume)
+    reach = complete.gradient.reach if complete.needs_gradient else 0
+    margin = np.full(3, 1.0 + reach)
+    shown = [
+        region
+        for region in regions_of(volume.dimensions, _REGION)
+        if region_shows(complete, size, volume, region, margin, np.zeros(3))
+    ]
+    at = {region.position: region for region in shown}
+    finest = [brick_of(region, volume.levels[0], 0, volume.dimensions, margin) for region in shown]
+    cache = SampleCache(volume, volume.memory // 2)
+    cache.need([needed_chunks(complete, volume, level, np.zeros(3)) for level in range(len(volume.levels))])
+    picture, number = np.zeros((len(pixels), 4)), np.full((size[1], size[0]), -1)
+    number[pixels[:, 1], pixels[:, 0]] = np.arange(len(pixels))
+    try:
+        for done, brick in enumerate(bricks.visibility_order(finest, volume, complete.camera)):
+            tell(done / len(finest))
+            region = at[brick.position]
+            where, mask = pixels_of(volume, complete.camera, size, np.clip(region.box(volume.dimensions), 0, 1))
+            passing = number[where][mask]
+            passing = passing[passing >= 0]
+            passing = passing[picture[passing, 3] < 1 - _OPAQUE]
+            if not passing.size:
+                continue
+            part = cache.part(0, brick.stored_first, brick.stored_last, asked=False)
+            planes = complete.clip + _faces(volume, region)
+            of_region = replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0))
+            behind = ray_casting.raycast_pixels(of_region, size, pixels[passing])
+            picture[passing] += (1 - picture[passing, 3:]) * behind
+    finally:
+        cache.close()
+    picture[:, :3] += (1 - picture[:, 3:]) * np.array(complete.background)
+    return picture
+
+
+def is_in_parts(scene: Scene) -> bool:
+    """True if the oracle can integrate the scene's volume region by region."""
+    if not isinstance(scene.volume, LargeVolume) or scene.cutting.caps:
+        return False
+    return reason_for_memory(scene) is None
+
+
+def fits(scene: Scene) -> bool:
+    """True if the scene's volume fits in memory."""
+    volume = scene.volume
+    return not isinstance(volume, LargeVolume) or volume.levels[0].bytes <= volume.memory
+
+
+def _settled(scene: CompleteScene) -> CompleteScene:
+    """Return the scene with light and depth cue that do not depend on the volume that is put in its place."""
+    scene = with_settled_light(scene)
+    if scene.depth_cue is None:
+        return scene
+    near, far = scene.depth_cue.range_for(scene.volume, scene.camera)
+    return replace(scene, depth_cue=replace(scene.depth_cue, near=near, far=far))
+
+
+def _faces(volume: LargeVolume, region: Region) -> tuple[ClipPlane, ...]:
+    """Return planes at the faces that a region shares with others."""
+    planes = []
+    for axis in range(3):
+        row = volume.index_from_world[axis]
+        at = float(row @ volume.origin)
+        if region.first[axis] > 0:
+            planes.append(ClipPlane(tuple(row.tolist()), at + region.first[axis] - 0.5))
+        if region.last[axis] < volume.dimensions[axis]:
+            planes.append(ClipPlane(tuple((-row).tolist()), -(at + region.last[axis] - 0.5)))
+    return tuple(planes)
