@@ -61,7 +61,7 @@ def write_ome(
 ) -> Path:
     """Write a pyramid with zarr-python; `values` have the axes sorted as "tczyx", the store has them as in `axes`.
 
-    `shift` is that of each level in samples of the one before it, as the metadata tell it; None leaves all translations out.
+    `shift` is that of each level in samples of the one before it, as the metadata tell it; None leaves all out.
     """
     kind = 2 if version == "0.4" else 3
     root = zarr.open_group(path, mode="a", zarr_format=kind)

@@ -43,8 +43,8 @@ def metadata(volume: Volume) -> dict[str, Any]:
     its amount. `lone_extremes` are values at the ends of the range that are far from all others: `value`, number of
     `samples`, distance in ranges of the other values (`times`), that range (`others`), and the text for `--missing`.
 
-    Of a store, values are those of the samples that `values_of` counts, of a coarser level or in the middle, unless that
-    is None; `store` has its levels, channels, images and times, and is None for any other file.
+    Of a store, values are those of the samples that `values_of` counts, of a coarser level or in the middle, unless
+    that is None; `store` has its levels, channels, images and times, and is None for any other file.
     """
     corners = volume.corners_from_centre + volume.centre
     seen = volume.overview

@@ -155,7 +155,7 @@ class LargeVolume(Volume):
         self._unchanged = Unchanged()
 
     @property
-    def notes(self) -> tuple[str, ...]:  # type: ignore[override]
+    def notes(self) -> tuple[str, ...]:
         """Choices of the reader, and chunks that turned out to be missing so far."""
         return (*self._notes, *(note for each in self.levels for note in getattr(each.source, "notes", ())))
 

@@ -12,6 +12,7 @@ import pytest
 import xarray
 import zarr
 from numpy.testing import assert_allclose, assert_array_equal
+from support.raised import raised
 from support.stores import field
 
 import texvol
@@ -49,7 +50,7 @@ def test_a_dask_array_that_fails_is_an_error_of_one_line() -> None:
         raise RuntimeError("the disk\nis gone")
 
     array = dask.array.zeros((8, 8, 8), chunks=4).map_blocks(fails, dtype=float, meta=np.zeros((0, 0, 0)))
-    message = str(pytest.raises(InputError, lambda: open_array(array, name="sum").values).value)
+    message = str(raised(InputError, lambda: open_array(array, name="sum").values))
     assert message.startswith("sum: array: chunk 0, 0, 0 (")
     assert "the disk is gone" in message
 
@@ -74,7 +75,7 @@ def test_names_and_coordinates_of_xarray_place_the_samples(order: str) -> None:
 
 def test_uneven_coordinates_are_refused_unless_a_spacing_is_told() -> None:
     named = xarray.DataArray(np.zeros((4, 4, 4)), dims=tuple("zyx"), coords={"z": [0.0, 1, 3, 4]})
-    assert "its coordinates z must be even" in str(pytest.raises(InputError, open_array, named).value)
+    assert "its coordinates z must be even" in str(raised(InputError, open_array, named))
     assert_allclose(open_array(named, spacing=(1, 1, 1)).spacing, 1)
 
 
@@ -97,7 +98,7 @@ def test_arrays_of_other_libraries(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_volume(array: object, reason: str) -> None:
-    message = str(pytest.raises(InputError, open_array, array).value)
+    message = str(raised(InputError, open_array, array))
     assert reason in message
     assert "\n" not in message
 
@@ -111,5 +112,5 @@ def test_zarr_arrays_without_metadata_of_images(tmp_path: Path) -> None:
         assert_allclose(volume.spacing, (1, 2, 3))
     xarray.Dataset({"heat": (("x", "y", "z"), field().T)}).to_zarr(tmp_path / "set.zarr", zarr_format=3)
     assert_array_equal(texvol.load(tmp_path / "set.zarr", variable="heat").values, field())
-    message = str(pytest.raises(InputError, texvol.load, tmp_path / "set.zarr").value)
+    message = str(raised(InputError, texvol.load, tmp_path / "set.zarr"))
     assert "heat" in message

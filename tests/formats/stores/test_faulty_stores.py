@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import zarr
 from numpy.testing import assert_array_equal
+from support.raised import raised
 from support.refusal import refused
 from support.stores import damage, field, write_ome
 
@@ -81,7 +82,7 @@ def test_damage_in_a_coarse_level_does_not_keep_the_others_from_being_read(tmp_p
     volume = load(path)
     assert_array_equal(volume.values, field())
     assert "was not checked" in volume.notes[0]
-    assert "level 1: chunk 0, 0, 0" in str(pytest.raises(InputError, load, path, fix_pyramid=True).value)
+    assert "level 1: chunk 0, 0, 0" in str(raised(InputError, load, path, fix_pyramid=True))
 
 
 @pytest.mark.parametrize("option", ["--missing-chunks", None])

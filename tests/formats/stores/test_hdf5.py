@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from support.raised import raised
 from support.refusal import refused
 from support.stores import ORIGIN, SPACING, damage, field, halved, write_imaris
 
@@ -74,7 +75,7 @@ def test_a_corrupt_chunk_is_named_or_missing(tmp_path: Path) -> None:
     content = bytearray(path.read_bytes())
     content[chunk.byte_offset : chunk.byte_offset + 40] = bytes(40)
     path.write_bytes(content)
-    message = str(pytest.raises(InputError, lambda: load(path).values).value)
+    message = str(raised(InputError, lambda: load(path).values))
     assert message.startswith(f"{path}: level 0: chunk 2, 1, 0 (")
     assert "\n" not in message
     wanted = field().astype(np.float32)

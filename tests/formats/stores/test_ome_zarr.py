@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import zarr
 from numpy.testing import assert_allclose, assert_array_equal
+from support.raised import raised
 from support.real_data import real_volume
 from support.refusal import refused
 from support.stores import ORIGIN, SPACING, field, halved, transformations, write_ome
@@ -99,7 +100,7 @@ def test_channels_have_their_colours_and_windows(tmp_path: Path) -> None:
     assert green.values[1] < 255  # a window as wide as the type says nothing
     assert "channel 0 DNA of 3: 0 DNA, 1 actin, 2 RNA" in first.notes[0]
     assert second.source["channel"] == 2
-    assert "--channel must be in 0..2, got 3" in str(pytest.raises(ValueError, load, path, channel=3).value)
+    assert "--channel must be in 0..2, got 3" in str(raised(ValueError, load, path, channel=3))
 
 
 def test_times_are_a_series(tmp_path: Path) -> None:
@@ -155,13 +156,11 @@ def test_images_of_one_store_are_chosen_by_name_number_or_path(tmp_path: Path) -
     root.attrs["ome"] = {"version": "0.5", "bioformats2raw.layout": 3}
     assert load(path, image="1").shape == field(24).shape
     assert load(path, image=0).shape == field(20).shape
-    message = str(pytest.raises(ValueError, load, path).value)
+    message = str(raised(ValueError, load, path))
     assert "has 2 images, --image NAME chooses one: 0, 1" in message
     root.create_group("OME").attrs["ome"] = {"version": "0.5", "series": ["1", "0"]}
     assert load(path, image="1").shape == field(24).shape
-    assert "has no image 'nope' (--image); it has 1, 0" in str(
-        pytest.raises(ValueError, load, path, image="nope").value
-    )
+    assert "has no image 'nope' (--image); it has 1, 0" in str(raised(ValueError, load, path, image="nope"))
 
 
 def test_groups_without_metadata_are_listed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -192,10 +191,10 @@ def test_a_level_is_a_volume_of_its_own(tmp_path: Path) -> None:
     assert_allclose(volume.origin, np.array(ORIGIN) + np.array(SPACING) / 2)
     assert volume.source["level"] == 1
     assert len(volume.levels) == 2
-    assert "level must be from 0 to 2, got 3" in str(pytest.raises(ValueError, load, path, level=3).value)
+    assert "level must be from 0 to 2, got 3" in str(raised(ValueError, load, path, level=3))
 
 
 def test_values_beyond_the_memory_are_refused(tmp_path: Path) -> None:
     path = write_ome(tmp_path / "v.ome.zarr", field())
     volume = load(path, memory=1000)
-    assert "choose a coarser level by --level" in str(pytest.raises(ValueError, lambda: volume.values).value)
+    assert "choose a coarser level by --level" in str(raised(ValueError, lambda: volume.values))

@@ -12,6 +12,7 @@ import boto3
 import numpy as np
 import pytest
 from numpy.testing import assert_array_equal
+from support.raised import raised
 from support.stores import field, served, write_ome
 
 from texvol import InputError, load
@@ -76,7 +77,7 @@ def test_a_store_is_read_from_s3(bucket: str, version: str, capfd: pytest.Captur
     volume = load(f"{bucket}/v{version}.ome.zarr")
     assert_array_equal(volume.values, field())
     assert volume.source["path"] == f"s3://volumes/v{version}.ome.zarr"
-    message = str(pytest.raises(InputError, load, f"{bucket}/nothing.zarr").value)
+    message = str(raised(InputError, load, f"{bucket}/nothing.zarr"))
     assert message.startswith("s3://volumes/nothing.zarr: is no Zarr store")
     assert capfd.readouterr().err == ""
 
@@ -90,7 +91,7 @@ def test_what_is_secret_in_a_url_is_not_told(folder: Path) -> None:
         assert "abc" not in told
         assert_array_equal(volume.part(0, (0, 0, 0), (3, 3, 3)).values, field()[:3, :3, :3])
         server.broken = True  # type: ignore[attr-defined]
-        message = str(pytest.raises(InputError, volume.part, 0, (0, 0, 0), (3, 3, 3)).value)
+        message = str(raised(InputError, volume.part, 0, (0, 0, 0), (3, 3, 3)))
         assert "word" not in message
         assert "abc" not in message
 
@@ -100,7 +101,7 @@ def test_a_server_that_stops_in_the_middle_is_an_error_in_bounded_time(folder: P
         volume = load(f"{url}/v0.5.ome.zarr")
         server.broken = True  # type: ignore[attr-defined]
         start = time.monotonic()
-        message = str(pytest.raises(InputError, lambda: volume.values).value)
+        message = str(raised(InputError, lambda: volume.values))
         assert time.monotonic() - start < PATIENCE
         assert message.startswith(f"{url}/v0.5.ome.zarr: level 0: ")
         assert "\n" not in message
@@ -126,14 +127,14 @@ def test_a_server_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch
         silent.listen()
         url = f"http://127.0.0.1:{silent.getsockname()[1]}/v.ome.zarr"
         start = time.monotonic()
-        message = str(pytest.raises(InputError, load, url).value)
+        message = str(raised(InputError, load, url))
         assert 2 < time.monotonic() - start < PATIENCE
     assert "its server has sent nothing for 2 s" in message
 
 
 def test_a_page_that_is_not_found_is_no_store(folder: Path) -> None:
     with served(folder) as (url, _):
-        message = str(pytest.raises(InputError, load, f"{url}/none.zarr").value)
+        message = str(raised(InputError, load, f"{url}/none.zarr"))
     assert "is no Zarr store" in message
 
 

@@ -88,9 +88,9 @@ class Samples(NamedTuple):
     images: tuple[str, ...] = ()
 
     @classmethod
-    def of_levels(cls, levels: tuple[Level, ...], *place: Any, **more: Any) -> Samples:
-        """Return samples that stay in a store; `place` is spacing and origin."""
-        return cls(np.empty((0, 0, 0)), *place, levels=levels, **more)
+    def of_levels(cls, levels: tuple[Level, ...], spacing: Any, origin: Any, **more: Any) -> Samples:
+        """Return samples that stay in a store."""
+        return cls(np.empty((0, 0, 0)), spacing, origin, levels=levels, **more)
 
 
 def once(choice: Choice, key: Any, make: Callable[[], T]) -> T:

@@ -195,7 +195,7 @@ def waited(future: Any, where: str = "", check_alive: Callable[[], None] | None 
 
 
 def reason_of(error: Exception) -> str:
-    """Return the end of TensorStore's message: the cause, without annotations, and without the place, which the caller names."""
+    """Return the cause at the end of TensorStore's message, without the place, which the caller names."""
     text = re.sub(r"\s*\[\w[\w ]*='.*", "", str(error), flags=re.S)
     text = re.sub(r"\b[A-Z][A-Z_]+: ", "", text)
     # A URL may hold a password.

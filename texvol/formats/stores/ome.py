@@ -160,14 +160,14 @@ def _channel(number: int, content: Any) -> Channel:
     content = content if isinstance(content, dict) else {}
     window = content.get("window")
     window = window if isinstance(window, dict) else {}
-    ends = [window.get("start"), window.get("end")]
-    known = all(isinstance(each, int | float) and math.isfinite(each) for each in ends) and ends[0] < ends[1]
+    ends = [float(each) if isinstance(each, int | float) else math.nan for each in map(window.get, ("start", "end"))]
+    known = all(map(math.isfinite, ends)) and ends[0] < ends[1]
     label = content.get("label")
     return Channel(
         number,
         label if isinstance(label, str) else "",
         _color(content.get("color")),
-        (float(ends[0]), float(ends[1])) if known else None,
+        (ends[0], ends[1]) if known else None,
         bool(content.get("active", True)),
     )
 

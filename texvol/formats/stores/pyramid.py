@@ -30,7 +30,8 @@ def levels_of(
         If a level is finer than the one before it.
     """
     base, start = np.array(scales[0]), np.array(translations[0])
-    levels, notes = [], []
+    levels: list[Level] = []
+    notes: list[str] = []
     for number, (source, scale, translation, known) in enumerate(
         zip(sources, scales, translations, statistics, strict=True)
     ):

@@ -92,7 +92,7 @@ def _busiest(level: Level) -> NDArray[np.float64]:
 def _difference(
     fine: Level, coarse: Level, told: NDArray[np.float64], step: NDArray[np.float64], centre: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Return by how many fine samples along x, y, z the coarse level lies elsewhere than told; None if nothing tells."""
+    """Return by how many fine samples along x, y, z the coarse level lies off; None if nothing tells."""
     shape = np.array(coarse.source.shape)
     compared = shape >= _LEAST  # along z, y, x
     # Along the axes that are not halved there is nothing to forget.
@@ -147,8 +147,11 @@ def _fitted(
     if scale == 0:
         return shift, error, alike
     for _ in range(_STEPS):
-        kernels = [_kernel(place + move, at, width) if used else _nearest(place, at)
-                   for place, move, at, width, used in zip(places, shift, own, widths, compared, strict=True)]  # fmt: skip
+        each_axis = zip(places, shift, own, widths, compared, strict=True)
+        kernels = [
+            _kernel(place + move, at, width) if used else _nearest(place, at)
+            for place, move, at, width, used in each_axis
+        ]
         values = _applied(below, [each[0] for each in kernels])
         columns = [np.ones(values.size), values.reshape(-1)]
         for axis in axes:

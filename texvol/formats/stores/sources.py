@@ -120,7 +120,7 @@ class ChunkedSource(ABC):
         return self.stored_chunk
 
     def stored_bytes(self) -> int | None:
-        """Return the bytes that the array takes in its store, all channels and times, or None where that is not known."""
+        """Return the bytes of the array in its store, all channels and times, or None where that is not known."""
         return None
 
     @property
@@ -205,5 +205,4 @@ def _aligned(box: Box, chunk: Triple) -> Iterator[Box]:
     for part, size in zip(box, chunk, strict=True):
         cuts = [part.start, *range((part.start // size + 1) * size, part.stop, size), part.stop]
         ranges.append([slice(low, high) for low, high in itertools.pairwise(cuts) if low < high])
-    for z, y, x in itertools.product(*ranges):
-        yield z, y, x
+    return ((z, y, x) for z, y, x in itertools.product(*ranges))

@@ -1,7 +1,7 @@
 """Statistics of the chunks of a level, where a store has them beside its levels.
 
-The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […]}} and the
-arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis of the level's array.
+The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […]}} and
+the arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis of the level's array.
 """
 
 from __future__ import annotations

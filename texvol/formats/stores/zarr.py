@@ -84,7 +84,8 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     return Samples.of_levels(
         levels, scales[0][::-1], translations[0][::-1], unit=unit, labels=labels, channels=channels,
         channel=None if len(channels) < 2 else channels[int(chosen.channel or 0)],
-        images=tuple(known), notes=(*notes, *_about(image, known, channels, chosen), *more), **_times(image, letters, sizes),
+        images=tuple(known), notes=(*notes, *_about(image, known, channels, chosen), *more),
+        **_times(image, letters, sizes),
     )  # fmt: skip
 
 

@@ -130,8 +130,8 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
-# Of channels that emit, per mean edge of the box: bright where a tenth of the way is as bright as the window's end, and so
-# thin that what lies behind shows.
+# Of channels that emit, per mean edge of the box: bright where a tenth of the way is as bright as the window's end, and
+# so thin that what lies behind shows.
 _GLOW, _ABSORPTION = 10.0, 4.0
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
@@ -220,8 +220,9 @@ def _content_of_table(volume: Volume) -> dict[str, Any]:
 def proposed_for(volume: Volume) -> TransferFunction:
     """Transfer function for an unknown volume, the same object each time for the same volume.
 
-    Labels get a colour each, see `label_function`. A channel of several emits its own colour. Samples with colours of their own keep them, and are the denser the
-    brighter they are. Of other volumes the values above the background show, denser where they are larger.
+    Labels get a colour each, see `label_function`. A channel of several emits its own colour. Samples with colours of
+    their own keep them, and are the denser the brighter they are. Of other volumes the values above the background
+    show, denser where they are larger.
     """
     if volume not in _PROPOSED:
         if volume.labels:
