@@ -8,6 +8,7 @@ import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from texvol.cli.coarse_pictures import planned, show_coarse_pictures
 from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
@@ -88,6 +89,12 @@ def _add_textures(group: Any) -> None:
         help="skip cells in which nothing shows (default); the picture is the same",
     )  # fmt: skip
     add_slicing(group)
+    group.add_argument("--plan", action="store_true", help="print what a volume in a store would take, and stop")
+    group.add_argument(
+        "--progressive", action="store_true",
+        help="of a volume in a store, write a coarse picture first, and finer ones in its place; an interruption keeps "
+        "the last of them",
+    )  # fmt: skip
     group.add_argument(
         "--texture-memory", type=texts.megabytes, metavar="MB",
         help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
@@ -130,13 +137,18 @@ def run(arguments: argparse.Namespace) -> None:
     export = PictureExport(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, export)
 
+    if arguments.plan:
+        say(planned(scene, scene_options.size, _accuracy(arguments)))
+        return
     from texvol.rendering.renderer import Renderer
 
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
         picture, depth, sequence_stats = None, None, {}
         if series is None and arguments.orbit is None:
-            once = {"repeat": arguments.repeat, "check": arguments.check}
-            picture = renderer.render(scene, scene_options.size, **once, **_accuracy(arguments))
+            once = {"repeat": arguments.repeat, "check": arguments.check} | _accuracy(arguments)
+            if arguments.progressive:
+                show_coarse_pictures(renderer, scene, arguments, export, scene_options, once)
+            picture = renderer.render(scene, scene_options.size, **once)
             depth = renderer.depth() if arguments.depth else None
         else:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
@@ -182,7 +194,9 @@ def _scene(
 
 def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of `Renderer.render` that set its accuracy."""
-    return {name: vars(arguments)[name] for name in _ACCURACY}
+    # A level that was asked for is the finest of the volume that was loaded.
+    level = {"level": 0} if isinstance(arguments.level, int) else {}
+    return {name: vars(arguments)[name] for name in _ACCURACY} | level
 
 
 def _draw_frames(
@@ -220,4 +234,6 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
         raise InputError("--depth-in is of a single view: leave --orbit out")
     if arguments.orbit is not None and arguments.repeat > 1:
         raise InputError("--repeat draws one view several times and --orbit draws several views: give one of them")
+    if arguments.progressive and (arguments.orbit is not None or scene_options.all_times):
+        raise InputError("--progressive needs a single picture: leave --orbit and --time all out")
     film_formats.check_rate(arguments.output, arguments.fps)

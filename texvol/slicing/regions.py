@@ -13,11 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
-from texvol.scene.large_volume import Level
+from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
 
 _SIDE = 128  # samples: small enough to skip what is empty, to tell levels apart, and to be hidden
+_LEAST_PARTS = 32  # that memory has room for
 _MANY = 512  # regions: beyond it they grow, as far as memory goes
 
 
@@ -56,6 +57,11 @@ def regions_of(dimensions: Triple, most_samples: float, block: tuple[Triple, Tri
         for y in axes[1]
         for x in axes[0]
     ]
+
+
+def most_samples_of(volume: LargeVolume) -> float:
+    """Return how many samples a region may have so that memory has room for many."""
+    return min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
 
 
 def brick_of(region: Region, level: Level, number: int, dimensions: Triple, margin: NDArray[np.float64]) -> Brick:

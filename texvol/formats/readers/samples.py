@@ -52,8 +52,8 @@ class Choice(NamedTuple):
     blocks: bool = False
     color: bool | None = None
     missing: Any = ()
-    image: str | int | None = None
-    level: int | str | None = None
+    image: Any = None
+    level: Any = None
     fix_pyramid: bool = False
     missing_chunks: bool = False
     memory: int | None = None
@@ -88,7 +88,13 @@ class Samples(NamedTuple):
     images: tuple[str, ...] = ()
 
     @classmethod
-    def of_levels(cls, levels: tuple[Level, ...], spacing: Any, origin: Any, **more: Any) -> Samples:
+    def of_levels(
+        cls,
+        levels: tuple[Level, ...],
+        spacing: Any = (1.0, 1.0, 1.0),
+        origin: Any = (0.0, 0.0, 0.0),
+        **more: Any,
+    ) -> Samples:
         """Return samples that stay in a store."""
         return cls(np.empty((0, 0, 0)), spacing, origin, levels=levels, **more)
 

@@ -68,8 +68,8 @@ def open_array(
     ----------
     array
         Has `shape`, `dtype`, and parts by slices: numpy's arrays and memory maps, those of dask, Zarr and h5py. The
-        last three axes are z, y, x. The axes of an xarray.DataArray are known by their names (z, y, x, c, t, in any order),
-        and spacing, origin and unit by its coordinates.
+        last three axes are z, y, x. Those of an xarray.DataArray are known by their names (z, y, x, c, t, in any
+        order), and spacing, origin and unit by its coordinates.
     spacing, origin : (x, y, z), optional
         As of `Volume`; those of the coordinates, or 1 and 0, unless told.
     direction : array of shape (3, 3), optional

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.streaming.kinds import reason_for_memory
-from texvol.rendering.streaming.picture import with_settled_light
+from texvol.rendering.streaming.ordering import with_settled_light
 from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import needed_chunks, region_shows
 from texvol.scene.cutting import ClipPlane

@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -28,16 +28,15 @@ from texvol.rendering.render import bake, draw_brick, draw_together, read
 from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
-from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
+from texvol.rendering.streaming.ordering import Drawn, RegionsOfPicture, with_settled_light
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import AHEAD, Screen, needed_chunks, region_shows
+from texvol.rendering.streaming.visibility import AHEAD, Screen, needed_chunks
 from texvol.rendering.volume_cache import shown_of
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
-from texvol.slicing import bricks
 from texvol.slicing.bricks import Brick
-from texvol.slicing.regions import Region, brick_of, margin_of, regions_of
+from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
 from texvol.textures import slab_texture, texel_format
 from texvol.textures.distribution import Smoothed, deviations
 from texvol.textures.shaded_samples import Spread, medium_of_samples, seen_from
@@ -45,21 +44,9 @@ from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.statistics import median
 
-_LEAST_PARTS = 32  # that memory has room for
 _OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
 
 Size = tuple[int, int]
-
-
-@dataclass
-class Drawn:
-    """What became of a picture's regions."""
-
-    regions: int = 0
-    drawn: int = 0
-    hidden: int = 0  # behind opaque matter, and not read
-    empty: int = 0  # known to show nothing, and not read
-    by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
 
 
 @dataclass(frozen=True)
@@ -128,7 +115,7 @@ class StreamedPictures:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
         cache, parts = self._prepared(volume)
-        picture = _Picture(stored_scene(with_settled_light(scene)), size, settings, volume)
+        picture = _Picture(scene, size, settings, volume)
         picture.drawing = drawing = replace(picture.drawing, count=count)
         self._formats, self.lost_digits = set(), 0.0
         compositor = self._compositor
@@ -163,8 +150,7 @@ class StreamedPictures:
 
     def regions(self, volume: LargeVolume) -> list[Region]:
         """Return the regions that a volume is drawn in."""
-        most = min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
-        return regions_of(volume.dimensions, most)
+        return regions_of(volume.dimensions, most_samples_of(volume))
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -232,15 +218,12 @@ class StreamedPictures:
         return parts.added(brick, picture.texels(brick.level), baked, find_empty, everything)
 
 
-class _Picture:
-    """What all regions of a picture have in common."""
+class _Picture(RegionsOfPicture):
+    """What all regions of a picture have in common on the device."""
 
-    def __init__(self, scene: CompleteScene, size: tuple[int, int], settings: Settings, volume: LargeVolume) -> None:
-        self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
-        reach = scene.gradient.reach if scene.needs_gradient else 0
-        self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
-        # Between the ends of a slab `integrated` shows what lies anywhere in it.
-        self.beyond = self.margin if scene.classification == "integrated" else np.zeros(3)
+    def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
+        super().__init__(stored_scene(with_settled_light(scene)), size, settings, volume)
+        scene = self.scene
         thickness = settings.slab_thickness
         self.drawing = Drawing(
             View(scene.camera, size, thickness, volume.centre),
@@ -260,34 +243,6 @@ class _Picture:
             self.texel_format = "rgba32f"  # whose gradients need no scale that all parts have in common
         if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
             self.texel_format = "rgba32f"
-
-    def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
-        """Return the regions that may show anything, front to back."""
-        shown = [
-            region
-            for region in regions
-            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
-        ]
-        drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
-        self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
-        if self._predicted is None:
-            finest = self.settings.level
-            by_pixels = levels_by_pixels(self.scene, self.size, self.volume, shown, finest) if error is None else []
-            self._levels = dict(zip(shown, by_pixels, strict=False))
-        self._numbers = {region: number for number, region in enumerate(shown)}
-        ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
-        at = {region.position: region for region in shown}
-        return [at[brick.position] for brick in ordered], drawn
-
-    def level(self, region: Region, seen: Callable[[], float]) -> int:
-        """Return the level of a region, of which at most a fraction `seen()` is seen."""
-        if self._predicted is not None:
-            return self._predicted.level(self._numbers[region], seen())
-        return self._levels.get(region, self.settings.level)
-
-    def brick(self, region: Region, level: int) -> Brick:
-        """Return a region as a brick of a level."""
-        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin)
 
     def texels(self, level: int) -> tuple[Any, ...]:
         """Return what the texels of a level are made of."""
@@ -354,14 +309,3 @@ class _Picture:
             draw_together(compositor, drawing, [part.brick], part.shown)
         else:
             draw_brick(compositor, drawing, part.brick, part.shown)
-
-
-def with_settled_light(scene: CompleteScene) -> CompleteScene:
-    """Return the scene whose light does not depend on the values of a part of the volume."""
-    if scene.lighting is None or scene.lighting.fade is not None:
-        return scene
-    known: CompleteScene | None = scene.__dict__.get("_settled_light")
-    if known is None:
-        known = replace(scene, lighting=replace(scene.lighting, fade=scene.lighting.fade_for(scene.volume)))
-        object.__setattr__(scene, "_settled_light", known)
-    return known

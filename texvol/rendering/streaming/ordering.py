@@ -1,0 +1,80 @@
+"""Regions of a picture: which of them show anything, in which order, and from which level."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from texvol.rendering.settings import Settings
+from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
+from texvol.rendering.streaming.visibility import region_shows
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene
+from texvol.slicing import bricks
+from texvol.slicing.bricks import Brick
+from texvol.slicing.regions import Region, brick_of, margin_of
+
+Size = tuple[int, int]
+
+
+@dataclass
+class Drawn:
+    """What became of a picture's regions."""
+
+    regions: int = 0
+    drawn: int = 0
+    hidden: int = 0  # behind opaque matter, and not read
+    empty: int = 0  # known to show nothing, and not read
+    by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
+
+
+class RegionsOfPicture:
+    """Regions that a picture shows, in order, and their levels."""
+
+    def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
+        self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
+        reach = scene.gradient.reach if scene.needs_gradient else 0
+        self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
+        # Between the ends of a slab `integrated` shows what lies anywhere in it.
+        self.beyond = self.margin if scene.classification == "integrated" else np.zeros(3)
+
+    def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
+        """Return the regions that may show anything, front to back."""
+        shown = [
+            region
+            for region in regions
+            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
+        ]
+        drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
+        self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
+        if self._predicted is None:
+            finest = self.settings.level
+            by_pixels = levels_by_pixels(self.scene, self.size, self.volume, shown, finest) if error is None else []
+            self._levels = dict(zip(shown, by_pixels, strict=False))
+        self._numbers = {region: number for number, region in enumerate(shown)}
+        ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
+        at = {region.position: region for region in shown}
+        return [at[brick.position] for brick in ordered], drawn
+
+    def level(self, region: Region, seen: Callable[[], float]) -> int:
+        """Return the level of a region, of which at most a fraction `seen()` is seen."""
+        if self._predicted is not None:
+            return self._predicted.level(self._numbers[region], seen())
+        return self._levels.get(region, self.settings.level)
+
+    def brick(self, region: Region, level: int) -> Brick:
+        """Return a region as a brick of a level."""
+        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin)
+
+
+def with_settled_light(scene: CompleteScene) -> CompleteScene:
+    """Return the scene whose light does not depend on the values of a part of the volume."""
+    if scene.lighting is None or scene.lighting.fade is not None:
+        return scene
+    known: CompleteScene | None = scene.__dict__.get("_settled_light")
+    if known is None:
+        known = replace(scene, lighting=replace(scene.lighting, fade=scene.lighting.fade_for(scene.volume)))
+        object.__setattr__(scene, "_settled_light", known)
+    return known

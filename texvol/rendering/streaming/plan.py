@@ -1,0 +1,129 @@
+"""Plan of a picture of a large volume: what would be read, drawn and needed; no part of it is read for that."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from texvol.rendering.settings import Settings, checked
+from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.levels import with_levels
+from texvol.rendering.streaming.ordering import RegionsOfPicture
+from texvol.rendering.streaming.visibility import needed_chunks
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.slicing.regions import most_samples_of, regions_of
+from texvol.slicing.slabs import slab_stacks
+from texvol.util.errors import InputError
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a picture takes at most; what lies behind opaque matter is found out when it is drawn."""
+
+    size: tuple[int, int]
+    slabs: int | None  # None where a maximum error decides
+    regions: int
+    levels: dict[int, int]  # regions drawn of each level
+    empty: int  # regions that are known to show nothing, or are off the screen or cut away
+    chunks: int
+    chunks_total: int  # of level 0
+    bytes: int  # of the samples in these chunks
+    bytes_total: int  # of all samples of level 0
+    memory: int  # bytes that samples may take
+    least_memory: int  # that the samples of one region and its margin take
+
+    @property
+    def metadata(self) -> dict[str, Any]:
+        """The plan in JSON types."""
+        return dict(vars(self)) | {"size": list(self.size), "levels": {str(k): n for k, n in self.levels.items()}}
+
+    @property
+    def text(self) -> str:
+        """The plan in lines for people."""
+        levels = ", ".join(f"{count} of level {level}" for level, count in sorted(self.levels.items())) or "none"
+        slabs = "as many slabs as the error needs" if self.slabs is None else f"{self.slabs} slabs"
+        return "\n".join(
+            [
+                f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}; {self.empty} show nothing), "
+                f"{self.size[0]} x {self.size[1]} pixels, {slabs}",
+                f"reads   at most {self.chunks} chunks, {in_bytes(self.bytes)} of samples (level 0 has "
+                f"{self.chunks_total} chunks, {in_bytes(self.bytes_total)}); less where opaque matter hides them",
+                f"needs   {in_bytes(self.least_memory)} of memory at least, has {in_bytes(self.memory)} for samples",
+            ]
+        )
+
+
+def plan(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    *,
+    slab_thickness: float | None = None,
+    sampling_rate: float | None = None,
+    max_error: float | None = None,
+    level: int | str = "auto",
+) -> Plan:
+    """Return what `Renderer.render` with the same arguments would read, draw and need of a LargeVolume.
+
+    Raises
+    ------
+    InputError
+        If the scene is not of one large volume that can be drawn part by part, or an argument is out of range.
+    """
+    if (reason := reason_for_memory(scene)) is not None or not isinstance(scene.volume, LargeVolume):
+        raise InputError(f"plan: needs a volume in a store that is drawn part by part, got {reason or 'one in memory'}")
+    complete = scene.classified_as("post").completed(size) if scene.classification == "auto" else scene.completed(size)
+    thickness = checked(scene, slab_thickness, sampling_rate, max_error)
+    settings = Settings(thickness, "auto", "rgba32f", 0.0, skip_empty=True)
+    settings = with_levels(complete, size, settings, level, max_error, slab_thickness or sampling_rate)
+    return _plan_of(complete, size, settings)
+
+
+def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Plan:
+    volume = scene.volume
+    assert isinstance(volume, LargeVolume)
+    picture = RegionsOfPicture(scene, size, settings, volume)
+    regions = regions_of(volume.dimensions, most_samples_of(volume))
+    order, drawn = picture.in_order(regions)
+    levels = [picture.level(region, lambda: 1.0) for region in order]
+    numbered = list(enumerate(volume.levels))
+    needed = [needed_chunks(picture.scene, volume, number, picture.beyond) for number, _ in numbered]
+    chunks = [np.zeros(-(-np.array(level.source.shape) // level.source.chunk_shape), np.bool_) for _, level in numbered]
+    least = 0
+    for region, number in zip(order, levels, strict=True):
+        brick, own = picture.brick(region, number), volume.levels[number]
+        ends = zip(brick.stored_first[::-1], brick.stored_last[::-1], own.source.chunk_shape, strict=True)
+        chunks[number][tuple(slice(a // n, -(-b // n)) for a, b, n in ends)] = True
+        least = max(least, int(np.prod(brick.texture_size)) * volume.dtype.itemsize)
+    read = [each if matters is None else each & matters for each, matters in zip(chunks, needed, strict=True)]
+    counts = [int(each.sum()) for each in read]
+    samples = sum(
+        count * int(np.prod(np.minimum(level.source.chunk_shape, level.source.shape)))
+        for count, (_, level) in zip(counts, numbered, strict=True)
+    )
+    known = settings.slab_thickness == settings.slab_thickness  # NaN where an error decides
+    return Plan(
+        size,
+        slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count if known else None,
+        len(regions),
+        dict(Counter(levels)),
+        drawn.empty,
+        sum(counts),
+        chunks[0].size,
+        samples * volume.dtype.itemsize,
+        volume.levels[0].bytes,
+        volume.memory,
+        least,
+    )
+
+
+def in_bytes(count: float) -> str:
+    """Return a number of bytes in words: 1.5 GB."""
+    for unit in ("bytes", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.3g} {unit}"
+        count /= 1000
+    return f"{count:.4g} TB"

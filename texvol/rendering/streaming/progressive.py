@@ -1,0 +1,84 @@
+"""Pictures of a large volume from coarse to fine: a first one from a coarse level, and finer ones in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.rendering.renderer import Renderer
+from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.levels import settled_level
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import Scene
+
+_FIRST = 1 << 21  # samples of the first level, at most: drawn in well under a second
+_LEAST_SIDE = 16  # samples along the longest side: fewer show nothing that anybody recognises
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One of the pictures, from coarse to fine."""
+
+    picture: NDArray[np.float32]
+    level: int | None  # None for the last, which is the one that was asked for
+    moved: float | None  # largest difference from the picture before it; None for the first
+
+    @property
+    def sentence(self) -> str:
+        """What the picture is, and how far off it may be, in words."""
+        if self.level is None:
+            return "the whole picture"
+        moved = "nothing to compare it with" if self.moved is None else f"{self.moved:.2g} from the coarser one before"
+        return f"a picture of level {self.level}, {moved}"
+
+
+def render_progressively(
+    renderer: Renderer, scene: Scene, size: tuple[int, int] = (512, 512), **accuracy: Any
+) -> Iterator[Stage]:
+    """Yield pictures of a scene from coarse to fine, the last of them that of `Renderer.render`.
+
+    How much a picture moves from one to the next is about how far the former was off: levels halve in resolution. A
+    scene that is not of one large volume has one picture.
+
+    Parameters
+    ----------
+    accuracy
+        Arguments of `Renderer.render` for the last picture.
+    """
+    before = None
+    for stage in coarse_pictures(renderer, scene, size, accuracy):
+        before = stage.picture
+        yield stage
+    picture = renderer.render(scene, size, **accuracy)
+    yield Stage(picture, None, _moved(picture, before))
+
+
+def coarse_pictures(
+    renderer: Renderer, scene: Scene, size: tuple[int, int], accuracy: dict[str, Any]
+) -> Iterator[Stage]:
+    """Yield the pictures of `render_progressively` without the last."""
+    before = None
+    for level in coarse_levels(scene, size, accuracy):
+        picture = renderer.render(scene, size, level=level)
+        yield Stage(picture, level, _moved(picture, before))
+        before = picture
+
+
+def coarse_levels(scene: Scene, size: tuple[int, int], accuracy: dict[str, Any]) -> list[int]:
+    """Return the levels of the pictures before the last, coarsest first."""
+    volume = scene.volume
+    if not isinstance(volume, LargeVolume) or reason_for_memory(scene, accuracy.get("texture_refinement")):
+        return []
+    asked = 0 if accuracy.get("max_error") is not None else accuracy.get("level", "auto")
+    last = settled_level(scene.completed(size), size, asked, accuracy.get("slab_thickness"))
+    shapes = [level.source.shape for level in volume.levels]
+    few = [n for n, shape in enumerate(shapes) if np.prod(shape, dtype=float) <= _FIRST and max(shape) >= _LEAST_SIDE]
+    return list(range(few[0], last, -1)) if few else list(range(len(shapes) - 1, last, -1))
+
+
+def _moved(picture: NDArray[np.float32], before: NDArray[np.float32] | None) -> float | None:
+    return None if before is None else float(np.abs(picture - before).max())
