@@ -195,7 +195,7 @@ def _scene(
 def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
     """Return the arguments of `Renderer.render` that set its accuracy."""
     # A level that was asked for is the finest of the volume that was loaded.
-    level = {"level": 0} if isinstance(arguments.level, int) else {}
+    level = {"level": 0} if isinstance(vars(arguments).get("level"), int) else {}
     return {name: vars(arguments)[name] for name in _ACCURACY} | level
 
 
