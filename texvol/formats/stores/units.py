@@ -43,3 +43,8 @@ def common_length(units: Sequence[str]) -> tuple[str, list[float], tuple[str, ..
     listed = ", ".join(each or "no unit" for each in units[::-1])
     note = f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable"
     return "", [1.0] * len(units), (note,)
+
+
+def unit_word(short: str) -> str:
+    """Return the word of a unit of length for OME metadata; empty for one that is not known."""
+    return next((word for word, known, _ in _LENGTHS if short in (word, known)), "")
