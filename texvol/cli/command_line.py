@@ -15,6 +15,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from texvol.cli.convert import add_convert
 from texvol.cli.demo import add_demo
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
@@ -33,7 +34,18 @@ from texvol.util.version import __version__
 
 # In the order of `texvol --help`.
 _COMMANDS = (
-    *(add_info, add_render, add_raycast, add_diff, add_view, add_report, add_methods, add_surface, add_demo),
+    *(
+        add_info,
+        add_render,
+        add_raycast,
+        add_diff,
+        add_view,
+        add_report,
+        add_methods,
+        add_surface,
+        add_convert,
+        add_demo,
+    ),
     add_help_command,
 )
 

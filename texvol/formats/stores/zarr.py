@@ -84,9 +84,19 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     return Samples.of_levels(
         levels, scales[0][::-1], translations[0][::-1], unit=unit, labels=labels, channels=channels,
         channel=None if len(channels) < 2 else channels[int(chosen.channel or 0)],
+        **_own_place(store.attributes(image.group) or {}),
         images=tuple(known), notes=(*notes, *_about(image, known, channels, chosen), *more),
         **_times(image, letters, sizes),
     )  # fmt: skip
+
+
+def _own_place(attributes: dict[str, Any]) -> dict[str, Any]:
+    """Return what `texvol convert` writes that OME-Zarr has no words for: direction, space and unit of the values."""
+    told = attributes.get("texvol")
+    if not isinstance(told, dict):
+        return {}
+    found = {key: told[key] for key in ("space", "value_unit") if isinstance(told.get(key), str)}
+    return found | ({"direction": told["direction"]} if "direction" in told else {})
 
 
 def _reading(store: Store, choice: Choice) -> Reading:

@@ -109,7 +109,7 @@ class _Conversion:
         self._shard = layout.shard if layout.zarr_format == 3 else layout.chunk
         unit = math.prod(c * 2 + 2 for c in layout.chunk) * self._dtype.itemsize * _WORK
         shard = math.prod(min(s, n) for s, n in zip(self._shard, volume.shape, strict=True)) * self._dtype.itemsize
-        needed = 2 * shard + unit
+        needed = 3 * shard + unit
         if needed > memory:
             raise NoRoomError(
                 f"{folder}: memory must have room for {needed / 1e6:.3g} MB, which a shard takes to be made, got "
@@ -150,7 +150,7 @@ class _Conversion:
             box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
             count = math.prod(b - a for a, b in zip(start, stop, strict=True))
             if not journal.is_done(number, shard):
-                values, found = self._made(read, box, shape)
+                values, found = self._made(read if number else _once(read, box, shape), box, shape)
                 array[box].write(values).result()
                 where = tuple(slice(a // c, -(-b // c)) for a, b, c in zip(start, stop, chunk, strict=True))
                 for table, numbers in zip(tables, found, strict=True):
@@ -211,6 +211,17 @@ class _Conversion:
             stamp = [status.st_size, status.st_mtime]
         form = [list(layout.chunk), list(self._shard), layout.zarr_format]
         return {"source": told, "stamp": stamp, "shape": list(volume.shape), "dtype": self._dtype.name, "layout": form}
+
+
+def _once(read: Read, box: Any, shape: Triple) -> Read:
+    """Return a function that reads parts of a shard and its surroundings, which are read at once."""
+    around = tuple(slice(max(part.start - 1, 0), min(part.stop + 1, n)) for part, n in zip(box, shape, strict=True))
+    samples = read(around)  # type: ignore[arg-type]
+
+    def part_of(part: Box) -> NDArray:
+        return samples[tuple(slice(p.start - a.start, p.stop - a.start) for p, a in zip(part, around, strict=True))]
+
+    return part_of
 
 
 def pyramid(volume: Volume) -> tuple[list[Triple], list[Triple]]:
