@@ -31,15 +31,16 @@ class EmptySpace:
         reach: int = 0,
         mask: Mask | None = None,
         steps: tuple[float, float] | None = None,
+        part_of: Volume | None = None,
     ) -> None:
         """Find out what of a volume is empty; what is known already is kept.
 
         `reach` is how many samples to each side the gradient depends on that decides what shows; 0 where none does.
-        `steps` are those to which the texture rounds values.
+        `steps` are those to which the texture rounds values. The volume may be `part_of` a larger one.
         """
         if self._volume is not volume:
             self.release()
-            self._cells, self._volume = Cells.of(volume), volume
+            self._cells, self._volume = Cells.of(volume, part_of), volume
         if self._shown == (shown, reach, mask, steps):
             return
         assert self._cells is not None

@@ -45,9 +45,12 @@ class Cells:
     per_box: tuple[float, float, float]  # cells in the box, with the fraction of the last ones that lies inside
 
     @classmethod
-    def of(cls, volume: Volume) -> Cells:
-        """The cells of a volume: two passes over its values."""
-        cell = max(CELL, int(np.ceil((volume.size / _MOST_CELLS) ** (1 / 3))))
+    def of(cls, volume: Volume, part_of: Volume | None = None) -> Cells:
+        """The cells of a volume: two passes over its values.
+
+        Those of a part are as large as those of the whole volume, `part_of`.
+        """
+        cell = max(CELL, int(np.ceil(((part_of or volume).size / _MOST_CELLS) ** (1 / 3))))
         nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
         size = (nx, ny, nz)
         lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)

@@ -125,7 +125,16 @@ class StreamedPictures:
         numbers = range(len(volume.levels))
         cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
         screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)
-        everything = picture.bytes_of(order) <= self._budget_of(volume)
+        with cache.counted():
+            self._draw_all(order, screen, cache, parts, picture)
+        self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
+        compositor.finish()
+        return drawing
+
+    def _draw_all(
+        self, order: list[Region], screen: Screen, cache: SampleCache, parts: PartStore, picture: _Picture
+    ) -> None:
+        everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
         for next_one in self._read_ahead(order, screen, cache, parts, picture):
             brick = next_one.brick
             part = parts.known(brick, picture.texels(brick.level))
@@ -133,12 +142,9 @@ class StreamedPictures:
                 part = self._baked(brick, next_one.asked, cache, parts, picture, everything)
             self._note(part)
             if part.shown is not None:
-                picture.draw(compositor, part)
-                screen.has_drawn(compositor, brick)
+                picture.draw(self._compositor, part)
+                screen.has_drawn(self._compositor, brick, part.baked.volume.value_range)
             self.tell(self.drawn.drawn / max(len(order) - screen.hidden, 1))
-        self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
-        compositor.finish()
-        return drawing
 
     def _note(self, part: Part) -> None:
         self.drawn.drawn += 1
@@ -260,7 +266,7 @@ class _Picture(RegionsOfPicture):
 
         def find_empty(empty_space: EmptySpace) -> None:
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            empty_space.prepare(volume, *shown_of(scene), None, steps)
+            empty_space.prepare(volume, *shown_of(scene), None, steps, part_of=self.volume)
 
         return baked, find_empty if self.settings.skips(scene) else None
 

@@ -11,8 +11,9 @@ import math
 import os
 import time
 from collections import Counter, OrderedDict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from itertools import product
 from typing import Any
@@ -37,6 +38,7 @@ class Reading:
     hits: int = 0  # blocks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
+    bytes_read: int = 0  # from the store, as they are stored
 
 
 class _Held:
@@ -73,7 +75,6 @@ class SampleCache:
         self._blocks: OrderedDict[Block, _Held] = OrderedDict()
         self._bytes = 0
         self._wanted: Counter[Block] = Counter()  # asked for, and not used yet
-        self._first_bytes = self._bytes_of_sources()
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
@@ -132,7 +133,14 @@ class SampleCache:
     @property
     def stats(self) -> dict[str, Any]:
         """Report in JSON types for `--stats`."""
-        return {"bytes_read": self._bytes_of_sources() - self._first_bytes, "memory": self.room} | asdict(self.reading)
+        return asdict(self.reading) | {"memory": self.room}
+
+    @contextmanager
+    def counted(self) -> Iterator[None]:
+        """Count the bytes that are read inside."""
+        before = self._bytes_of_sources()
+        yield
+        self.reading.bytes_read += self._bytes_of_sources() - before
 
     def close(self) -> None:
         """End the threads and forget all samples."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
+from texvol.scene.transfer import TransferFunction
 from texvol.slicing.bricks import Brick
 from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region
@@ -27,9 +28,9 @@ class Screen:
         self._scene, self._size = scene, size
         # A ray that lets no more through ends in front of it.
         self._opaque_from = 1.0 - least_transmittance
-        deepest = float(scene.medium.extinctions.max()) * 2 * scene.volume.radius
-        graded = scene.medium.needs_gradient or scene.medium.glows or scene.cutting.caps
-        self._may_be_opaque = least_transmittance > 0 and (graded or deepest >= -math.log(least_transmittance))
+        self._may_be_opaque = least_transmittance > 0
+        self._enough = -math.log(least_transmittance) if least_transmittance > 0 else math.inf  # optical depth
+        self._deepest = np.zeros((size[1], size[0]))  # that a pixel's ray may have passed
         self._opaque = np.zeros((size[1], size[0]), np.bool_)
         self._known: dict[Brick, tuple[tuple[slice, slice], NDArray[np.bool_]]] = {}
         self._changed = False
@@ -42,8 +43,10 @@ class Screen:
         """True if all pixels that a brick may reach are opaque; it counts as hidden then."""
         if not self._may_be_opaque:
             return False
-        self._update()
         where, mask = self._pixels(brick)
+        if (self._deepest[where][mask] < self._enough).any():
+            return False
+        self._update()
         if (self._opaque[where] | ~mask).all():
             self.hidden += 1
             return True
@@ -53,17 +56,36 @@ class Screen:
         """True if bricks that are not drawn yet may make all pixels opaque that a brick may reach."""
         if not self._may_be_opaque:
             return False
-        pending = self._opaque.copy()
-        for each in before:
-            where, mask = self._pixels(each)
-            pending[where] |= mask
         where, mask = self._pixels(brick)
-        return bool((pending[where] | ~mask).all())
+        pending = self._deepest[where].copy()
+        for each in before:
+            own, covers = self._pixels(each)
+            low = [max(a.start, b.start) for a, b in zip(own, where, strict=True)]
+            high = [min(a.stop, b.stop) for a, b in zip(own, where, strict=True)]
+            if low[0] < high[0] and low[1] < high[1]:
+                here, there = (
+                    tuple(slice(a - w.start, b - w.start) for a, b, w in zip(low, high, box, strict=True))
+                    for box in (where, own)
+                )
+                pending[here] += covers[there] * self._depth_of(each, None)
+        return bool(((pending >= self._enough) | ~mask).all())
 
-    def has_drawn(self, compositor: Compositor, brick: Brick) -> None:
-        """Remember that a brick has been drawn."""
+    def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
+        """Remember that a brick of a range of values has been drawn."""
         self._compositor, self._changed = compositor, True
+        where, mask = self._pixels(brick)
+        self._deepest[where][mask] += self._depth_of(brick, values)
         self._known.pop(brick, None)
+
+    def _depth_of(self, brick: Brick, values: tuple[float, float] | None) -> float:
+        """Upper bound of the optical depth of a brick whose values are in a range, None for any."""
+        medium = self._scene.medium
+        if medium.needs_gradient or self._scene.cutting.caps:
+            return math.inf
+        places = medium.values if values is None else np.clip(medium.values, *values)
+        extinction = float(medium.extinctions.max()) if values is None else _most_extinction(medium, places)
+        longest = float(np.linalg.norm(self._scene.volume.box_edges @ np.ptp(brick.stored_box, axis=0)))
+        return extinction * longest
 
     def seen(self, brick: Brick, number: int) -> float:
         """Largest fraction of light from a brick, the `number`th, that is known to come through what lies before it.
@@ -91,6 +113,12 @@ class Screen:
             part = np.clip(brick.stored_box, 0, 1)
             self._known[brick] = pixels_of(self._scene.volume, self._scene.camera, self._size, part)
         return self._known[brick]
+
+
+def _most_extinction(medium: TransferFunction, places: NDArray[np.float64]) -> float:
+    """Largest extinction at some values, on either side of them."""
+    near = np.concatenate([places, np.nextafter(places, -np.inf), np.nextafter(places, np.inf)])
+    return float(medium.classify(near).extinction.max())
 
 
 def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond: Box) -> NDArray[np.bool_] | None:
