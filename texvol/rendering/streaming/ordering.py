@@ -34,6 +34,7 @@ class RegionsOfPicture:
     """Regions that a picture shows, in order, and their levels."""
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
+        self.levels: dict[Region, int] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
@@ -52,17 +53,19 @@ class RegionsOfPicture:
         if self._predicted is None:
             finest = self.settings.level
             by_pixels = levels_by_pixels(self.scene, self.size, self.volume, shown, finest) if error is None else []
-            self._levels = dict(zip(shown, by_pixels, strict=False))
+            self.levels |= dict(zip(shown, by_pixels, strict=False))
         self._numbers = {region: number for number, region in enumerate(shown)}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
         at = {region.position: region for region in shown}
         return [at[brick.position] for brick in ordered], drawn
 
     def level(self, region: Region, seen: Callable[[], float]) -> int:
-        """Return the level of a region, of which at most a fraction `seen()` is seen."""
-        if self._predicted is not None:
-            return self._predicted.level(self._numbers[region], seen())
-        return self._levels.get(region, self.settings.level)
+        """Return the level of a region, of which at most a fraction `seen()` is seen; it stays what it was before."""
+        if region not in self.levels:
+            predicted = self._predicted
+            of_error = predicted.level(self._numbers[region], seen()) if predicted is not None else None
+            self.levels[region] = self.settings.level if of_error is None else of_error
+        return self.levels[region]
 
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""

@@ -23,7 +23,7 @@ from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.part_store import Part, PartStore
-from texvol.opengl.texture_store import BakedTexture, Stopwatch, is_software
+from texvol.opengl.texture_store import BakedTexture, Stopwatch, is_software, same
 from texvol.rendering.render import bake, draw_brick, draw_together, read
 from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
 from texvol.rendering.settings import Settings
@@ -40,7 +40,7 @@ from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
 from texvol.textures import slab_texture, texel_format
 from texvol.textures.distribution import Smoothed, deviations
 from texvol.textures.shaded_samples import Spread, medium_of_samples, seen_from
-from texvol.textures.value_storage import HOPELESS, ULP
+from texvol.textures.value_storage import HOPELESS, ULP, features_of_medium, storage_of
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.statistics import median
 
@@ -70,6 +70,7 @@ class StreamedPictures:
         self._parts: PartStore | None = None
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
         self._formats: set[str] = set()
+        self._known_levels: tuple[tuple[Any, ...], dict[Region, int]] | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
     def draw(
@@ -116,6 +117,7 @@ class StreamedPictures:
         assert isinstance(volume, LargeVolume)
         cache, parts = self._prepared(volume)
         picture = _Picture(scene, size, settings, volume)
+        picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
         self._formats, self.lost_digits = set(), 0.0
         compositor = self._compositor
@@ -130,6 +132,16 @@ class StreamedPictures:
         self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
         compositor.finish()
         return drawing
+
+    def _levels_of(self, picture: RegionsOfPicture) -> dict[Region, int]:
+        """Return the levels that were chosen for the same view by the same error, so that pictures can be compared."""
+        scene = picture.scene
+        view = (scene.volume, scene.medium, scene.lighting, f"{scene.camera} {scene.cutting} {scene.classification}")
+        if (error := picture.settings.level_error) is None:
+            return {}
+        if self._known_levels is None or not same(self._known_levels[0], (*view, error)):
+            self._known_levels = (*view, error), {}
+        return self._known_levels[1]
 
     def _draw_all(
         self, order: list[Region], screen: Screen, cache: SampleCache, parts: PartStore, picture: _Picture
@@ -247,8 +259,19 @@ class _Picture(RegionsOfPicture):
             )
         if scene.needs_gradient and scene.classification in ("post", "integrated"):
             self.texel_format = "rgba32f"  # whose gradients need no scale that all parts have in common
+        if self._is_exact:
+            self.texel_format = "exact"
         if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
             self.texel_format = "rgba32f"
+
+    @property
+    def _is_exact(self) -> bool:
+        """True if values are stored as they are in every texel format."""
+        scene, volume = self.scene, self.volume
+        if scene.classification not in ("post", "integrated") or scene.needs_gradient:
+            return False
+        small = volume.dtype.kind in "iu" and volume.dtype.itemsize <= 2
+        return small and storage_of(volume.overview, features_of_medium(scene.medium, volume.overview)).is_well
 
     def texels(self, level: int) -> tuple[Any, ...]:
         """Return what the texels of a level are made of."""

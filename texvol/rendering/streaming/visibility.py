@@ -17,6 +17,7 @@ from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
+_LEAST = 2.0**-24  # transmittance that float32 tells from none
 AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
 
 
@@ -105,7 +106,10 @@ class Screen:
 
     def _update(self) -> None:
         if self._changed and self._compositor is not None:
-            self._opaque = self._compositor.opacity() >= self._opaque_from
+            opacity = self._compositor.opacity()
+            self._opaque = opacity >= self._opaque_from
+            # From here on what is known counts, and not what might have been.
+            self._deepest = np.where(self._opaque, self._enough, -np.log1p(-np.minimum(opacity, 1 - _LEAST)))
             self._changed = False
 
     def _pixels(self, brick: Brick) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
