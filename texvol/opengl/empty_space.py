@@ -55,6 +55,10 @@ class EmptySpace:
             self.skips.filter = moderngl.NEAREST, moderngl.NEAREST
         self._shown = shown, reach, mask, steps
 
+    def forget_samples(self, instead: Volume) -> None:
+        """Let the volume go whose cells are known; another one stands for it from now on."""
+        self._volume = instead
+
     @property
     def cells_per_box(self) -> tuple[float, float, float]:
         """Along x, y, z."""

@@ -25,9 +25,11 @@ from texvol.opengl.texture_store import (
     same,
     write_texels,
 )
+from texvol.scene.scene import Classification
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
 from texvol.textures.slab_texture import SlabTexture
+from texvol.textures.value_texture import ValueTexture
 
 _AT_FIRST = 256 << 20  # bytes of the textures that follow each other where there is no room for all
 
@@ -82,12 +84,15 @@ class PartStore:
         self._parts: dict[tuple[Triple, int], Part] = {}  # by position and level, the last one used last
         self.uploads = 0
 
-    def known(self, brick: Brick, texels: tuple[Any, ...]) -> Part | None:
-        """Return the part of a brick if it is there."""
+    def known(self, brick: Brick, texels: tuple[Any, ...], classification: Classification) -> Part | None:
+        """Return the part of a brick if it is there; values are classified in another way where that is wanted."""
         part = self._parts.get((brick.position, brick.level))
         if part is None or part.brick != brick or not same(part.texels, texels):
             return None
         self._parts[brick.position, brick.level] = self._parts.pop((brick.position, brick.level))
+        if isinstance(part.baked, ValueTexture) and part.baked.classification != classification:
+            part.baked = replace(part.baked, classification=classification)
+            self._make_tables(part)
         return part
 
     def added(
@@ -121,6 +126,8 @@ class PartStore:
             self._release(old)
         # Its samples are not needed any more, and texels are on the device.
         part.baked = _without_samples(baked)
+        if part.empty_space is not None:
+            part.empty_space.forget_samples(part.baked.volume)
         self._parts[brick.position, brick.level] = part
         return part
 
@@ -157,7 +164,13 @@ class PartStore:
             part.textures = new_textures(self._gl, baked, size)
         write_texels(part.textures, baked, part.brick, (0, 0, 0), self._watch)
         self.uploads += 1
-        for name, numbers in baked.tables.items():
+        self._make_tables(part)
+
+    def _make_tables(self, part: Part) -> None:
+        for table in part.tables.values():
+            table.release()
+        part.tables = {}
+        for name, numbers in part.baked.tables.items() if part.textures else ():
             rows, columns, components = numbers.shape
             table = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
             table.filter = moderngl.NEAREST, moderngl.NEAREST

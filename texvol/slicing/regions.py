@@ -103,9 +103,13 @@ def brick_of(region: Region, level: Level, number: int, dimensions: Triple, marg
 
 
 def margin_of(volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float, reach: int) -> NDArray:
-    """Samples along x, y, z that a region needs beyond itself: half a slab, and the reach of gradients."""
+    """Samples along x, y, z that a region needs beyond itself: half a slab, and the reach of gradients.
+
+    Half a slab is rounded up to a power of two, so that pictures of similar slabs have the same textures.
+    """
     longest = 0.5 * slab_thickness * camera.largest_obliquity(size)
-    return np.minimum(np.linalg.norm(volume.index_from_world, axis=1) * longest, 1e9) + reach
+    half = np.clip(np.linalg.norm(volume.index_from_world, axis=1) * longest, 1.0, 1e9)
+    return np.exp2(np.ceil(np.log2(half))) + reach
 
 
 def _count(dimensions: Triple, side: list[int]) -> int:

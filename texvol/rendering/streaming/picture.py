@@ -149,7 +149,7 @@ class StreamedPictures:
         everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
         for next_one in self._read_ahead(order, screen, cache, parts, picture):
             brick = next_one.brick
-            part = parts.known(brick, picture.texels(brick.level))
+            part = parts.known(brick, picture.texels(brick.level), picture.scene.classification)
             if part is None:
                 part = self._baked(brick, next_one.asked, cache, parts, picture, everything)
             self._note(part)
@@ -217,7 +217,7 @@ class StreamedPictures:
                 if ahead and screen.may_hide(finest, [each.finest for each in ahead]):
                     break  # read only once it is known to be seen
                 brick = picture.brick(region, picture.level(region, partial(screen.seen, finest, number)))
-                known = parts.known(brick, picture.texels(brick.level)) is not None
+                known = parts.known(brick, picture.texels(brick.level), picture.scene.classification) is not None
                 asked = not known and cache.ask(brick.level, brick.stored_first, brick.stored_last)
                 if not (known or asked) and ahead:
                     break
@@ -264,7 +264,7 @@ class _Picture(RegionsOfPicture):
         if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
             self.texel_format = "rgba32f"
 
-    @property
+    @cached_property
     def _is_exact(self) -> bool:
         """True if values are stored as they are in every texel format."""
         scene, volume = self.scene, self.volume
@@ -278,7 +278,8 @@ class _Picture(RegionsOfPicture):
         scene = self.scene
         light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
-        return (self.volume, scene.medium, scene.classification, self.texel_format, thickness, f"{level}", *light)
+        kind = "values" if self._is_exact and not level else scene.classification
+        return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level}", *light)
 
     def baked(self, volume: Volume, brick: Brick) -> tuple[BakedTexture, Any]:
         """Return the texture of a part, and what prepares its empty space."""
