@@ -30,6 +30,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -143,6 +144,8 @@ def check_in_passing(picture: NDArray[np.float32], scene: CompleteScene, limit: 
     Other scenes are marched if they are plain. A marched pixel counts only if its error is beyond the limit and the
     error of marching together; there is no check if no pixel is.
     """
+    if isinstance(scene.volume, LargeVolume):
+        return None  # it would have to be read
     oracle = sys.modules.get("texvol.ray_casting")
     seconds = oracle.seconds_per_pixel(scene) if oracle else None
     if seconds is not None and seconds * _FEW < _LITTLE:

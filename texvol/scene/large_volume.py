@@ -27,7 +27,7 @@ from texvol.util.memory import free_memory
 
 Triple = tuple[int, int, int]
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
-_LOOKED_AT = 1 << 24  # samples of the coarsest level that are read to know the range of values
+_LOOKED_AT = 1 << 21  # samples that are read to know what values there are
 
 
 class SampleSource(Protocol):
@@ -251,8 +251,9 @@ class LargeVolume(Volume):
 
     @cached_property
     def overview(self) -> Volume:
-        """The finest level of at most 16 million samples, in memory; or that many of the middle of the coarsest."""
-        fitting = [n for n, level in enumerate(self.levels) if np.prod(level.source.shape, dtype=float) <= _LOOKED_AT]
+        """A coarse level of at most two million samples, in memory; or that many of the middle of the coarsest."""
+        sizes = [np.prod(level.source.shape, dtype=float) for level in self.levels]
+        fitting = [n for n, size in enumerate(sizes) if size <= _LOOKED_AT and (n > 0 or len(sizes) == 1)]
         number = fitting[0] if fitting else len(self.levels) - 1
         dimensions = np.array(self.levels[number].source.shape[::-1])
         most = dimensions.copy()

@@ -16,6 +16,7 @@ from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.isosurfaces import Isosurface, checked_isosurfaces
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.mask import Mask, without_hidden
 from texvol.scene.shapes import Lines, Mesh, checked_geometry
@@ -224,7 +225,7 @@ class Scene:
         InputError
             If a volume does not fit in memory.
         """
-        if all(volume is volume.whole for volume in self.volumes):
+        if not any(isinstance(volume, LargeVolume) for volume in self.volumes):
             return self
         known: Scene | None = self.__dict__.get("_in_memory")
         if known is None:

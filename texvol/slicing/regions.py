@@ -19,6 +19,8 @@ from texvol.slicing.bricks import Brick, Triple
 
 _SIDE = 128  # samples: small enough to skip what is empty, to tell levels apart, and to be hidden
 _LEAST_PARTS = 32  # that memory has room for
+_FEW, _SMALL = 27, 32  # regions, and samples along an axis: fewer regions than these are cut smaller
+_LEAST_SIDE = 16  # samples, where memory has no room for more
 _MANY = 512  # regions: beyond it they grow, as far as memory goes
 
 
@@ -41,6 +43,10 @@ def regions_of(dimensions: Triple, most_samples: float, block: tuple[Triple, Tri
     `block` has the first and the last sample of the part of the volume that is wanted; regions are cut at its faces.
     """
     side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
+    while _count(dimensions, side) < _FEW and max(side) > _SMALL:
+        side = [min(n, max(side) // 2) for n in side]
+    while math.prod(side) > most_samples and max(side) > _LEAST_SIDE:
+        side[side.index(max(side))] //= 2
     while _count(dimensions, side) > _MANY:
         axis = min(range(3), key=lambda a: (side[a] >= dimensions[a], side[a]))
         if side[axis] >= dimensions[axis] or 2 * math.prod(side) > most_samples:

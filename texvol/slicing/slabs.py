@@ -159,11 +159,11 @@ def _hull_and_pixel(points: Numbers) -> Numbers:
 
     Drivers snap corners to 1/256 pixel, and a silhouette that is lost by that shows in full.
     """
-    hull = _hull((x, y) for x, y in points.tolist())
-    return np.array(_hull([(x + right, y + up) for x, y in hull for right in (-1.0, 1.0) for up in (-1.0, 1.0)]))
+    hull = convex_hull((x, y) for x, y in points.tolist())
+    return np.array(convex_hull([(x + right, y + up) for x, y in hull for right in (-1.0, 1.0) for up in (-1.0, 1.0)]))
 
 
-def _hull(points: Iterable[Corner]) -> list[Corner]:
+def convex_hull(points: Iterable[Corner]) -> list[Corner]:
     """Convex hull of points, anticlockwise (monotone chain; Andrew 1979)."""
     ordered = sorted(points)
     hull: list[Corner] = []

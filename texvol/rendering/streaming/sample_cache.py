@@ -26,6 +26,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import NoRoomError
 
 _BLOCK = 4 << 20  # bytes of a block at most, unless a chunk is larger
+_BLOCKS = 64  # that there is room for, unless a chunk is larger
 _MOST_THREADS = 8
 Block = tuple[int, int, int, int]  # level, and position along z, y, x
 
@@ -55,6 +56,11 @@ class _Held:
         """True if nothing is on the way."""
         return all(each.done() for each in self.coming)
 
+    @property
+    def has_failed(self) -> bool:
+        """True if something could not be read."""
+        return any(each.done() and each.exception() is not None for each in self.coming)
+
 
 class SampleCache:
     """Samples of a volume's levels, at most `room` bytes of them; to be used by one thread.
@@ -69,7 +75,7 @@ class SampleCache:
     def __init__(self, volume: LargeVolume, room: int) -> None:
         self.volume, self.room = volume, room
         self._needed: list[NDArray[np.bool_] | None] = [None] * len(volume.levels)
-        self.block_shapes = [_block_shape(level.source.chunk_shape, level.source.dtype) for level in volume.levels]
+        self.block_shapes = [_block_shape(level.source, min(_BLOCK, room / _BLOCKS)) for level in volume.levels]
         threads = min(_MOST_THREADS, (os.cpu_count() or 1) + 1)
         self._pool = ThreadPoolExecutor(threads, "texvol-read")
         self._blocks: OrderedDict[Block, _Held] = OrderedDict()
@@ -184,6 +190,8 @@ class SampleCache:
         level = block[0]
         own = self.volume.levels[level]
         chunk = own.source.chunk_shape
+        if block in self._blocks and self._blocks[block].has_failed:
+            self._forget(block)  # try again
         if block not in self._blocks:
             low, high = self._box_of(block)
             self._blocks[block] = _Held(low, high, chunk, own.source.dtype)
@@ -272,9 +280,9 @@ def _boxes_of(chunks: NDArray[np.bool_]) -> list[tuple[list[int], list[int]]]:
     return [(position.tolist(), (position + 1).tolist()) for position in positions]
 
 
-def _block_shape(chunk_shape: Triple, dtype: np.dtype) -> Triple:
-    """Whole chunks, as cubic as may be, within the bytes of a block."""
-    shape = list(chunk_shape)
-    while 2 * math.prod(shape) * dtype.itemsize <= _BLOCK:
+def _block_shape(source: SampleSource, most_bytes: float) -> Triple:
+    """Whole chunks, as cubic as may be, within some bytes."""
+    shape = list(source.chunk_shape)
+    while 2 * math.prod(shape) * source.dtype.itemsize <= most_bytes:
         shape[shape.index(min(shape))] *= 2
     return shape[0], shape[1], shape[2]
