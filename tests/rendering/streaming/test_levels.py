@@ -28,8 +28,8 @@ def random_volume(seed: int, n: int = 96) -> Volume:
     rng = np.random.default_rng(seed)
     z, y, x = np.ogrid[:n, :n, :n]
     r = np.sqrt((x - n / 2) ** 2 + (y - n / 2.2) ** 2 + (z - n / 1.9) ** 2) / n
-    values = np.where(r < 0.4, 80 + 40 * np.sin(x / rng.uniform(4, 20)) * np.sin(y / rng.uniform(4, 20)), 0)
-    values = values + 150 * (abs(r - 0.33) < 0.008) + np.where(r < 0.2, rng.normal(0, 15, (n, n, n)), 0)
+    values = np.where(r < 0.3, 80 + 40 * np.sin(x / rng.uniform(4, 20)) * np.sin(y / rng.uniform(4, 20)), 0)
+    values = values + 150 * (abs(r - 0.25) < 0.008) + np.where(r < 0.2, rng.normal(0, 15, (n, n, n)), 0)
     return Volume(np.clip(values, 0, 255).astype(np.uint8))
 
 
