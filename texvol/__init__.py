@@ -21,12 +21,15 @@ if TYPE_CHECKING:
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
     from texvol.rendering.streaming.exact import raycast
+    from texvol.rendering.streaming.plan import Plan, plan
+    from texvol.rendering.streaming.progressive import render_progressively
     from texvol.scene.added_volume import AddedVolume
     from texvol.scene.camera import Camera
     from texvol.scene.cutting import ClipPlane
     from texvol.scene.depth_picture import DepthPicture
     from texvol.scene.gradient import Estimator
     from texvol.scene.isosurfaces import Isosurface
+    from texvol.scene.large_volume import LargeVolume
     from texvol.scene.lighting import DepthCue, Light, Lighting
     from texvol.scene.mask import Mask
     from texvol.scene.scene import Scene
@@ -48,10 +51,12 @@ _MODULES = {
     "Estimator": "scene.gradient",
     "InputError": "util.errors",
     "Isosurface": "scene.isosurfaces",
+    "LargeVolume": "scene.large_volume",
     "Light": "scene.lighting",
     "Lighting": "scene.lighting",
     "Mask": "scene.mask",
     "MissingExtraError": "util.errors",
+    "Plan": "rendering.streaming.plan",
     "Renderer": "rendering.renderer",
     "Scene": "scene.scene",
     "TetrahedralGrid": "scene.tetrahedra",
@@ -64,10 +69,12 @@ _MODULES = {
     "load_channels": "formats.stores.channels",
     "load_tetrahedra": "formats.readers",
     "open_array": "formats.stores.arrays",
+    "plan": "rendering.streaming.plan",
     "raycast": "rendering.streaming.exact",
     "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "rendering.renderer",
+    "render_progressively": "rendering.streaming.progressive",
 }
 
 __all__ = [
@@ -82,10 +89,12 @@ __all__ = [
     "Estimator",
     "InputError",
     "Isosurface",
+    "LargeVolume",
     "Light",
     "Lighting",
     "Mask",
     "MissingExtraError",
+    "Plan",
     "Renderer",
     "Scene",
     "TetrahedralGrid",
@@ -100,10 +109,12 @@ __all__ = [
     "load_channels",
     "load_tetrahedra",
     "open_array",
+    "plan",
     "raycast",
     "raycast_progressively",
     "raycast_tetrahedra",
     "render",
+    "render_progressively",
 ]
 
 

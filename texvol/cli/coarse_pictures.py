@@ -20,7 +20,7 @@ def planned(scene: Scene, size: tuple[int, int], accuracy: dict[str, Any]) -> st
     """Return what a picture would take, in lines; raises as `texvol.rendering.streaming.plan.plan`."""
     from texvol.rendering.streaming.plan import plan
 
-    names = ("slab_thickness", "sampling_rate", "max_error")
+    names = ("slab_thickness", "sampling_rate", "max_error", "level_error")
     level = {"level": accuracy["level"]} if "level" in accuracy else {}
     return plan(scene, size, **{name: accuracy[name] for name in names}, **level).text
 

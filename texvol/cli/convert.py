@@ -40,7 +40,12 @@ def add_convert(commands: Any) -> None:
         help="samples along an axis of a shard, a file (256)",
     )
     parser.add_argument(
-        "--zarr-format", type=int, choices=(2, 3), default=3, help="3: OME-Zarr 0.5 with shards (default); 2: 0.4"
+        "--zarr-format",
+        type=int,
+        choices=(2, 3),
+        metavar="2|3",
+        default=3,
+        help="3: OME-Zarr 0.5 with shards (default); 2: 0.4",
     )
     parser.add_argument("--overwrite", action="store_true", help="replace a store of that name")
     parser.set_defaults(run=run)

@@ -26,6 +26,9 @@ from texvol.util.errors import InputError
 from texvol.util.terminal import say
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from texvol.formats.readers import TimeSeries
     from texvol.rendering.renderer import Renderer
     from texvol.scene.volume import Volume
@@ -34,6 +37,7 @@ _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
     *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
+    "level_error",
 )
 
 
@@ -44,7 +48,7 @@ def add_render(commands: Any) -> None:
     options.add_scene_options(parser)
     films = " or ".join(f"film{each}" for each in film_formats.FORMATS)
     names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or {films}"
-    parser.add_argument("-o", "--output", metavar="IMAGE", required=True, help=names)
+    parser.add_argument("-o", "--output", metavar="IMAGE", help=names)
     add_depth(parser)
     _add_accuracy(parser)
     _add_orbit(parser)
@@ -62,6 +66,10 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--of", choices=("own", "post"), default="own",
         help="--max-error is of the integral of the picture's own classification, or of post",
+    )  # fmt: skip
+    group.add_argument(
+        "--level-error", type=texts.number, metavar="E",
+        help="error that coarser levels of a store may have, by prediction (half of --max-error)",
     )  # fmt: skip
     group.add_argument("--strict", action="store_true", help="exit with status 1 if --max-error is not reached")
     group.add_argument(
@@ -133,10 +141,9 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     series = scene_options.series() if scene_options.all_times else None
     volume = scene_options.load() if series is None else scene_options.placed(series[0])
-    loaded = time.perf_counter()
+    load_seconds = time.perf_counter() - start
     export = PictureExport(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, export)
-
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
@@ -145,10 +152,7 @@ def run(arguments: argparse.Namespace) -> None:
     with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
         picture, depth, sequence_stats = None, None, {}
         if series is None and arguments.orbit is None:
-            once = {"repeat": arguments.repeat, "check": arguments.check} | _accuracy(arguments)
-            if arguments.progressive:
-                show_coarse_pictures(renderer, scene, arguments, export, scene_options, once)
-            picture = renderer.render(scene, scene_options.size, **once)
+            picture = _draw_picture(renderer, scene, export, scene_options, arguments)
             depth = renderer.depth() if arguments.depth else None
         else:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
@@ -165,13 +169,27 @@ def run(arguments: argparse.Namespace) -> None:
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
-        seconds = {"load": loaded - start, "upload": 0.0} | stats["seconds"]
-        content = stats | {"seconds": seconds} | sequence_stats
+        content = stats | {"seconds": {"load": load_seconds, "upload": 0.0} | stats["seconds"]} | sequence_stats
         files[arguments.stats] = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
-    said = [check.sentence] if check is not None and arguments.check else []
-    for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
-        say(sentence)
+    if check is not None and arguments.check:
+        say(check.sentence)
+    if chosen:
+        say(f"classification {chosen.sentence}")
+
+
+def _draw_picture(
+    renderer: Renderer,
+    scene: Scene,
+    export: PictureExport,
+    scene_options: options.SceneOptions,
+    arguments: argparse.Namespace,
+) -> NDArray[np.float32]:
+    """Return the picture; write coarser ones before it if they are asked for."""
+    accuracy = {"repeat": arguments.repeat, "check": arguments.check} | _accuracy(arguments)
+    if arguments.progressive:
+        show_coarse_pictures(renderer, scene, arguments, export, scene_options, accuracy)
+    return renderer.render(scene, scene_options.size, **accuracy)
 
 
 def _scene(
@@ -187,7 +205,7 @@ def _scene(
     if series is not None:
         film.check_output(arguments.output, len(series), size)
         adapting_to = scene_options.placed(sequences.representative_volume(series))
-    in_8_bits = not is_exact(arguments.output)
+    in_8_bits = arguments.output is None or not is_exact(arguments.output)
     scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
     return export.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
 
@@ -197,6 +215,12 @@ def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
     # A level that was asked for is the finest of the volume that was loaded.
     level = {"level": 0} if isinstance(vars(arguments).get("level"), int) else {}
     return {name: vars(arguments)[name] for name in _ACCURACY} | level
+
+
+def _check_plan(arguments: argparse.Namespace) -> None:
+    """Raise InputError if there is no output, and it is not a plan that is asked for."""
+    if not arguments.plan:
+        raise InputError("--output must be the name of a picture, got none")
 
 
 def _draw_frames(
@@ -219,7 +243,9 @@ def _draw_frames(
 
 def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -> None:
     """Raise InputError, before the volume is loaded, if options conflict or an output can't be written."""
-    if not scene_options.all_times:
+    if arguments.output is None:
+        _check_plan(arguments)
+    elif not scene_options.all_times:
         film.check_output(arguments.output, arguments.orbit, scene_options.size)
     elif arguments.orbit is not None or arguments.depth or arguments.repeat > 1:
         raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")

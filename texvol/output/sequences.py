@@ -139,5 +139,6 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
     if accuracy["max_error"] is None:
         return accuracy | refinement, {}
     names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
-    kept = {"max_error": None, "of": "own"} | {name: renderer.settings[name] for name in names}
+    kept = {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
+    kept |= {name: renderer.settings[name] for name in names}
     return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -29,7 +29,7 @@ from texvol.rendering.settings import (
     checked_termination,
 )
 from texvol.rendering.streaming.kinds import in_parts_or_memory
-from texvol.rendering.streaming.levels import with_levels
+from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
 from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.large_volume import LargeVolume
@@ -115,6 +115,7 @@ class Renderer:
         texture_refinement: int | str | None = None,
         of: str = "own",
         level: int | str = "auto",
+        level_error: float | None = None,
         views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
@@ -144,20 +145,21 @@ class Renderer:
         skip_empty : bool
             True to skip cells in which nothing shows; the picture is the same.
         slicing : "stacks", "polygons" or "wilson"
-            How slabs are drawn. A stack is a run of up to 2048 slabs, drawn by one polygon that covers them all: its
-            fragments go through the slabs in a loop, as a ray marcher does, and composite them in registers. "polygons"
-            draws a polygon for each slab, the section of the box by the plane in its middle, and the driver blends
-            them; the picture is the same, but for rounding. "wilson" draws these polygons alone, as Wilson, Van Gelder
-            and Wilhelms did (1994), so that slabs that the box cuts short are drawn whole.
+            How slabs are drawn. A stack is a run of up to 2048 slabs, drawn by one polygon that covers them all, whose
+            fragments composite the slabs in a loop. "polygons" draws a polygon for each slab, the section of the box by
+            the plane in its middle; the picture is the same, but for rounding. "wilson" draws these polygons alone, as
+            Wilson, Van Gelder and Wilhelms did (1994), so that slabs that the box cuts short are drawn whole.
         texture_refinement : 1, 2, 4 or "auto"
-            Texels along an axis for a sample of the volume, in classifications slab and extinction: their medium comes
-            nearer to that of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures'
-            memory has room, and texels take at most some 0.3 seconds. By default 1; as in "auto" if a scene of
-            classification auto is drawn by slab.
+            Texels along an axis for a sample, in classifications slab and extinction: their medium comes nearer to that
+            of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures' memory has room,
+            and texels take at most some 0.3 seconds. By default 1; "auto" if a scene of classification auto is drawn
+            by slab.
         level : int or "auto"
             Level of a `LargeVolume` that is drawn, 0 the finest. "auto" is as fine as pixels can show, and no farther
-            apart than slabs whose thickness was asked for; with `max_error` the coarsest for each region that keeps
-            half of that error against the finest, by prediction.
+            apart than slabs whose thickness was asked for; or by `level_error`.
+        level_error : float, optional
+            The level of each region is the coarsest that keeps this error against the finest, by prediction; half of
+            `max_error` by default.
         views : int
             Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
             of them is no dearer.
@@ -192,7 +194,8 @@ class Renderer:
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
-        settings = with_levels(complete, size, settings, level, max_error, slab_thickness or sampling_rate)
+        of_levels = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
+        settings = with_levels(complete, size, settings, of_levels)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:
@@ -201,10 +204,9 @@ class Renderer:
             if own_error is not None:
                 # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                of_levels = settings.level_error or 0.0
-                choice = self._error_search.choose(complete, size, settings, own_error - of_levels)
+                choice = self._error_search.choose(complete, size, settings, own_error - (settings.level_error or 0.0))
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
-                picture, self._estimate = choice.picture, choice.estimated_error + of_levels
+                picture, self._estimate = choice.picture, choice.estimated_error + (settings.level_error or 0.0)
                 self._watch.seconds, pictures.bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
@@ -279,7 +281,7 @@ class Renderer:
     @property
     def settings(self) -> dict[str, Any]:
         """Arguments with which `render` draws the last picture again, with every choice of accuracy made."""
-        return asdict(self._last[2]) if self._last else {}
+        return {name: value for name, value in vars(self._last[2]).items() if value is not None} if self._last else {}
 
     @property
     def seconds(self) -> dict[str, float]:

@@ -90,8 +90,8 @@ def test_the_command_ends_with_status_2_or_draws_the_rest(
     store: Path, tmp_path: Path, option: str | None, capsys: pytest.CaptureFixture[str]
 ) -> None:
     damage(store / "0/c/2/1/1")
-    line = ["info", str(store), *([option] if option else [])]
-    status = main(line)
+    line = ["render", str(store), "-o", str(tmp_path / "x.png"), "--size", "32x32", "--tf", "fog"]
+    status = main([*line, *([option] if option else [])])
     captured = capsys.readouterr()
     assert len(captured.err.splitlines()) == 1, captured.err
     told = captured.err

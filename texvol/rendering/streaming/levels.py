@@ -57,41 +57,46 @@ def levels_by_pixels(
     ]
 
 
+@dataclass(frozen=True)
+class LevelsAskedFor:
+    """Arguments of `Renderer.render` that decide the levels."""
+
+    level: int | str = "auto"
+    level_error: float | None = None  # that coarser levels may have; half of `max_error` if None
+    max_error: float | None = None  # of the whole picture
+    slabs: float | None = None  # not None if the slabs' thickness was asked for
+
+
 def with_levels(
     scene: CompleteScene,
     size: tuple[int, int],
     settings: Settings,
-    level: int | str,
-    max_error: float | None,
-    thickness_asked_for: float | None,
+    asked: LevelsAskedFor,
 ) -> Settings:
     """Return the settings with the levels of a large volume, and slabs as thick as these need.
-
-    Parameters
-    ----------
-    level : int or "auto"
-        That was asked for.
-    max_error : float, optional
-        Of the whole picture; levels may have half of it.
-    thickness_asked_for : float, optional
-        Anything but None if the slabs' thickness was asked for.
 
     Raises
     ------
     InputError
-        If there is no such level, or the scene has no levels.
+        If there is no such level, the scene has no levels, or the error is negative.
     """
-    volume = scene.volume
+    volume, level, level_error = scene.volume, asked.level, asked.level_error
+    if level_error is not None and not 0 <= level_error < np.inf:
+        raise InputError(f"error of levels must be finite and not negative, got {level_error:g}")
     if not isinstance(volume, LargeVolume):
         if level not in ("auto", 0):
             raise InputError(f"level must be of a volume in a store that is drawn part by part, got {level!r}")
         return settings
-    if level == "auto" and max_error is not None:
-        return replace(settings, level_error=max_error / 2)
-    most_apart = None if thickness_asked_for is None else settings.slab_thickness
-    number = settled_level(scene, size, level, None if max_error is not None else most_apart)
+    if level_error is None and level == "auto" and asked.max_error is not None:
+        level_error = asked.max_error / 2
+    if level_error is not None:
+        if level not in ("auto", 0):
+            raise InputError(f"level must be auto where an error decides it, got {level!r}")
+        return replace(settings, level_error=level_error)
+    given = asked.slabs is not None and asked.max_error is None
+    number = settled_level(scene, size, level, settings.slab_thickness if given else None)
     thickness = settings.slab_thickness
-    if thickness_asked_for is None:
+    if asked.slabs is None:
         thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
     return replace(settings, level=number, slab_thickness=min(thickness, 2 * volume.radius))
 

@@ -21,7 +21,7 @@ Size = tuple[int, int]
 
 @dataclass
 class Drawn:
-    """What became of a picture's regions."""
+    """Counts of a picture's regions that were drawn, hidden and empty, and their levels."""
 
     regions: int = 0
     drawn: int = 0

@@ -237,7 +237,7 @@ class StreamedPictures:
 
 
 class _Picture(RegionsOfPicture):
-    """What all regions of a picture have in common on the device."""
+    """State on the device that all regions of a picture have in common."""
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
         super().__init__(stored_scene(with_settled_light(scene)), size, settings, volume)

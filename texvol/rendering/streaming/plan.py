@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings, checked
 from texvol.rendering.streaming.kinds import reason_for_memory
-from texvol.rendering.streaming.levels import with_levels
+from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.rendering.streaming.visibility import needed_chunks
-from texvol.scene.large_volume import LargeVolume
+from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.regions import most_samples_of, regions_of
 from texvol.slicing.slabs import slab_stacks
@@ -22,7 +23,7 @@ from texvol.util.errors import InputError
 
 @dataclass(frozen=True)
 class Plan:
-    """What a picture takes at most; what lies behind opaque matter is found out when it is drawn."""
+    """Bytes, slabs and memory that a picture takes at most: what is hidden is found out when it is drawn."""
 
     size: tuple[int, int]
     slabs: int | None  # None where a maximum error decides
@@ -65,6 +66,7 @@ def plan(
     sampling_rate: float | None = None,
     max_error: float | None = None,
     level: int | str = "auto",
+    level_error: float | None = None,
 ) -> Plan:
     """Return what `Renderer.render` with the same arguments would read, draw and need of a LargeVolume.
 
@@ -78,7 +80,8 @@ def plan(
     complete = scene.classified_as("post").completed(size) if scene.classification == "auto" else scene.completed(size)
     thickness = checked(scene, slab_thickness, sampling_rate, max_error)
     settings = Settings(thickness, "auto", "rgba32f", 0.0, skip_empty=True)
-    settings = with_levels(complete, size, settings, level, max_error, slab_thickness or sampling_rate)
+    asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
+    settings = with_levels(complete, size, settings, asked)
     return _plan_of(complete, size, settings)
 
 
@@ -100,10 +103,7 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
         least = max(least, int(np.prod(brick.texture_size)) * volume.dtype.itemsize)
     read = [each if matters is None else each & matters for each, matters in zip(chunks, needed, strict=True)]
     counts = [int(each.sum()) for each in read]
-    samples = sum(
-        count * int(np.prod(np.minimum(level.source.chunk_shape, level.source.shape)))
-        for count, (_, level) in zip(counts, numbered, strict=True)
-    )
+    samples = sum(_samples_of(each, level) for each, (_, level) in zip(read, numbered, strict=True))
     known = settings.slab_thickness == settings.slab_thickness  # NaN where an error decides
     return Plan(
         size,
@@ -127,3 +127,12 @@ def in_bytes(count: float) -> str:
             return f"{count:.3g} {unit}"
         count /= 1000
     return f"{count:.4g} TB"
+
+
+def _samples_of(chunks: NDArray[np.bool_], level: Level) -> int:
+    """Return how many samples the chunks hold; those at the end of an axis hold fewer."""
+    lengths = (
+        np.diff(np.minimum(np.arange(count + 1) * length, samples))
+        for count, length, samples in zip(chunks.shape, level.source.chunk_shape, level.source.shape, strict=True)
+    )
+    return int(np.einsum("zyx,z,y,x", chunks.astype(np.int64), *lengths))

@@ -29,7 +29,7 @@ class Stage:
 
     @property
     def sentence(self) -> str:
-        """What the picture is, and how far off it may be, in words."""
+        """Level of the picture and how far off it may be, in words."""
         if self.level is None:
             return "the whole picture"
         moved = "nothing to compare it with" if self.moved is None else f"{self.moved:.2g} from the coarser one before"

@@ -33,7 +33,7 @@ Block = tuple[int, int, int, int]  # level, and position along z, y, x
 
 @dataclass
 class Reading:
-    """What has been read."""
+    """Counts and bytes of samples that were read."""
 
     chunks_decoded: int = 0
     hits: int = 0  # blocks whose samples were there, or on the way, when they were wanted

@@ -1,4 +1,4 @@
-"""What of a large volume may be seen, by the store's statistics, the camera, cuts, and what is opaque already."""
+"""Regions and chunks of a large volume that may be seen, by statistics, camera, cuts and what is opaque already."""
 
 from __future__ import annotations
 

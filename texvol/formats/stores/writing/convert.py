@@ -33,7 +33,7 @@ Read = Callable[[Box], NDArray]
 
 @dataclass(frozen=True)
 class Written:
-    """What was written."""
+    """Shapes of the levels that were written, and their bytes."""
 
     shapes: list[Triple]  # of each level, (z, y, x)
     bytes: int
