@@ -33,8 +33,8 @@ TOP = {"__init__.py", "__main__.py", "py.typed", *ORDER, "docs"}  # docs/ has pa
 # A picture from a .npy file needs none of them, and each costs more time to import than the picture to draw.
 HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
-    *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "zarr"),
-    *("trimesh", "skimage", "meshio", "h5py", "pywt"),
+    *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "distributed", "xarray"),
+    *("trimesh", "skimage", "meshio", "h5py", "pywt", "zarr", "tensorstore"),
 }
 
 

@@ -169,13 +169,12 @@ def run(arguments: argparse.Namespace) -> None:
     if depth is not None:
         files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
-        content = stats | {"seconds": {"load": load_seconds, "upload": 0.0} | stats["seconds"]} | sequence_stats
-        files[arguments.stats] = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+        stats["seconds"] = {"load": load_seconds, "upload": 0.0} | stats["seconds"]
+        files[arguments.stats] = (json.dumps(stats | sequence_stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
-    if check is not None and arguments.check:
-        say(check.sentence)
-    if chosen:
-        say(f"classification {chosen.sentence}")
+    said = [check.sentence] if check is not None and arguments.check else []
+    for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
+        say(sentence)
 
 
 def _draw_picture(

@@ -57,7 +57,7 @@ class Brick:
 
     @property
     def samples_before(self) -> Vector:
-        """What is stored begins at this place in the box, in stored samples."""
+        """Place in the box where what is stored begins, in stored samples."""
         return np.array(self.stored_first) + (np.array(self.offset) + 0.5) / np.array(self.factor) - 0.5
 
     @property
