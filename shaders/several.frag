@@ -10,6 +10,7 @@
 // Switches: VOLUMES: how many there are; those of volume_walk.glsl are each one's own.
 //           PERSPECTIVE, HALF_SPACES, INTERVAL: see visible.glsl. COUNT: see compositing.glsl.
 //           CAPS 1: where half spaces cut a medium open it is opaque.
+//           BLOCK 1: slabs are drawn whose middles lie in a block of the first volume's box.
 //           HALVES 1: pieces are halves of slabs, on which values are taken to be linear.
 
 #include "box_walk.glsl"
@@ -31,6 +32,22 @@ vec2 run_@;
 bool shows_@;
 vec4 front_@;
 #end
+
+#if BLOCK
+uniform real3 block_low;
+uniform real3 block_high;
+
+// Those of some slabs whose middles lie in the block: neighbours compute the same depth for a face that they share.
+vec2 slabs_in_block(vec2 slabs) {
+    real2 own = box_interval(pixel_ray_0(pixel_at(gl_FragCoord.xy)), block_low, block_high);
+    if (own.x > own.y) return vec2(NOWHERE, -NOWHERE);
+    return vec2(max(slabs.x, float(ceil(own.x - 0.5))), min(slabs.y, float(ceil(own.y - 0.5))));
+}
+#else
+vec2 slabs_in_block(vec2 slabs) {
+    return slabs;
+}
+#endif
 
 // Premultiplied colour and opacity of a piece of the ray that glows.
 vec4 color_of(vec4 glow) {
@@ -147,7 +164,7 @@ vec4 over_whole_slabs(vec4 color, inout float slab, inout float samples, float u
 }
 
 void main() {
-    vec2 slabs = walk_volumes(gl_FragCoord.xy);
+    vec2 slabs = slabs_in_block(walk_volumes(gl_FragCoord.xy));
     float slab = max(slabs.x, slab_range.x);
     float end = min(slabs.y, slab_range.y);
     if (slab >= end) discard;

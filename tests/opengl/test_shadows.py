@@ -39,7 +39,7 @@ def scene_of(volume: Volume, medium: TransferFunction, *lights: Light, **more: o
 def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: float) -> np.ndarray:
     """What arrives at the nodes, (z, y, x, lights), as the device finds it."""
     with renderer._context:
-        [shadow] = renderer._in_memory.cache._shadows.prepare([scene.completed((8, 8))], thickness)
+        [shadow] = renderer._pictures.in_memory.cache._shadows.prepare([scene.completed((8, 8))], thickness)
     assert shadow is not None
     return shadow.transmittance
 
@@ -207,7 +207,7 @@ def test_shadows_fall_from_one_volume_on_another(renderer: Renderer, light: Ligh
         scene_of(volume, each, light).completed((8, 8)) for volume, each in zip((BOX, other), medium, strict=True)
     ]
     with renderer._context:
-        found = renderer._in_memory.cache._shadows.prepare(scenes, 0.25)
+        found = renderer._pictures.in_memory.cache._shadows.prepare(scenes, 0.25)
     for volume, shadow in zip((BOX, other), found, strict=True):
         assert shadow is not None
         positions = node_positions(volume)

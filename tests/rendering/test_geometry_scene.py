@@ -253,7 +253,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
         "    scene = texvol.Scene(texvol.Volume(np.random.rand(5, 5, 5)), mode=mode, isovalue=value)\n"
         "    renderer.render(scene, (8, 8))\n"
         "    renderer.stats['estimated_error']\n"
-        "    assert renderer._in_memory.cache._surfaces is None\n"
+        "    assert renderer._pictures.in_memory.cache._surfaces is None\n"
         "    assert all(not dict(key[1:])['INTERVAL'] for key in renderer._compositor._programs.kept)\n"
         "    texvol.raycast(scene, (4, 4))\n"
         "print(*sys.modules)\n"

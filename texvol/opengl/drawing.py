@@ -87,12 +87,26 @@ class Drawing:
     # Depths at which the drawn part of each ray begins and ends, by the names of their samplers; empty for whole rays.
     interval: dict[str, AnyTexture] = field(default_factory=dict)
     slicing: str = "stacks"
+    # Low and high corner of what is drawn, in fractions of the first volume's box, shape (2, 3): slabs whose middles
+    # lie there. None for everything.
+    block: NDArray[np.float64] | None = None
     count: bool = False  # True if the number of sampled slabs is drawn in place of the colours
 
     @property
     def first(self) -> DrawnVolume:
         """The scene's own volume, to which others are added."""
         return self.volumes[0]
+
+    def is_cut(self, brick: Brick) -> bool:
+        """True if not all of the only volume is drawn with a brick."""
+        return self.block is not None or not brick.is_whole
+
+    def own_range(self, brick: Brick) -> NDArray[np.float64]:
+        """Return the low and high corner of what is drawn with a brick of the only volume, shape (2, 3)."""
+        low, high = brick.own_range
+        if self.block is None:
+            return brick.own_range
+        return np.array([np.maximum(low, self.block[0]), np.minimum(high, self.block[1])])
 
     @property
     def is_perspective(self) -> bool:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.drawing import AnyTexture, Drawing
@@ -38,13 +40,15 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     if not stacks.first.size:
         return
     units: dict[str, AnyTexture] = {}
-    uniforms = picture_uniforms(drawing, stacks)
+    switches = switches_of(drawing, bricks)
+    uniforms = picture_uniforms(drawing, stacks) | _block_uniforms(drawing)
+    drawing = replace(drawing, block=None)  # of whole slabs, not of each volume
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
         units |= {f"{name}_{number}": texture for name, texture in drawn.samplers(brick).items()}
         own = volume_uniforms(drawing, drawn, brick)
         if drawn.volume.nearest:
             own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
-        own |= cell_uniforms(drawn, brick)
+        own |= cell_uniforms(drawing, drawn, brick)
         uniforms |= {name if name in _OF_ALL else f"{name}_{number}": value for name, value in own.items()}
     units |= drawing.interval
     if len(units) > compositor.most_textures:
@@ -53,7 +57,13 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
             f"{compositor.most_textures}"
         )
     blending = "add" if drawing.count else "under"
-    compositor.draw_polygons("several", switches_of(drawing, bricks), stacks, units, uniforms, blending)
+    compositor.draw_polygons("several", switches, stacks, units, uniforms, blending)
+
+
+def _block_uniforms(drawing: Drawing) -> dict[str, Any]:
+    if drawing.block is None:
+        return {}
+    return {"block_low": tuple(drawing.block[0]), "block_high": tuple(drawing.block[1])}
 
 
 def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:
@@ -61,6 +71,7 @@ def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:
     switches = picture_switches(drawing) | {
         "VOLUMES": len(drawing.volumes),
         "CAPS": int(drawing.cutting.caps),
+        "BLOCK": int(drawing.block is not None),
         "HALVES": 0,
         "SHALLOW": 0,  # depths of several volumes add up
     }

@@ -162,7 +162,7 @@ class _Casting(NamedTuple):
         if light.kind == "point":
             uniforms["position_from_box"] = tuple(position_from_box.T.reshape(-1))
         if not brick.is_whole:
-            uniforms |= brick_uniforms(brick)
+            uniforms |= brick_uniforms(brick, brick.own_range)
         if self.receiving is not volume:
             uniforms |= _from_other_box(volume, self.receiving)
         if self.cutting:

@@ -72,7 +72,8 @@ def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
         obliquity = view.camera.largest_obliquity(view.size)
         texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)
         texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": _slabs_at_once(drawing, texels)}
-    return texels | volume_switches(drawn, brick) | picture_switches(drawing)
+    cut = {"BRICKS": int(drawing.is_cut(brick))}
+    return texels | volume_switches(drawn, brick) | cut | picture_switches(drawing)
 
 
 def _slabs_at_once(drawing: Drawing, switches: dict[str, int]) -> int:
@@ -98,7 +99,7 @@ def volume_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[
     """Uniforms of one volume and the brick of it that is drawn, but for those of its cells."""
     uniforms = ray_uniforms(drawn.volume, drawing.view) | _texel_uniforms(drawing, drawn)
     uniforms |= _lit_uniforms(drawing, drawn)
-    return uniforms if brick.is_whole else uniforms | brick_uniforms(brick)
+    return uniforms | brick_uniforms(brick, drawing.own_range(brick)) if drawing.is_cut(brick) else uniforms
 
 
 def box_from_world(volume: Volume) -> NDArray[np.float64]:
@@ -132,12 +133,12 @@ def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
     return scales | drawn.baked.uniforms(drawing.view.slab_thickness)
 
 
-def cell_uniforms(drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
+def cell_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
     """Position of the cells that are skipped; none where nothing is."""
     if drawn.skips is None:
         return {}
     cells: dict[str, Any] = {"cells_per_box": drawn.cells_per_box}
-    return cells if brick.is_whole else cells | {"first_cell": drawn.first_cell}
+    return cells | {"first_cell": drawn.first_cell} if drawing.is_cut(brick) else cells
 
 
 def skip_uniforms(drawing: Drawing, brick: Brick) -> dict[str, Any]:
@@ -148,7 +149,7 @@ def skip_uniforms(drawing: Drawing, brick: Brick) -> dict[str, Any]:
     densest.
     """
     drawn = drawing.first
-    uniforms = cell_uniforms(drawn, brick)
+    uniforms = cell_uniforms(drawing, drawn, brick)
     baked = drawn.baked
     if drawing.projection is None and isinstance(baked, ValueTexture) and baked.classification == "post":
         deepest = float(baked.transfer_function.extinctions.max()) * drawing.view.slab_thickness
@@ -182,9 +183,9 @@ def half_spaces_in_box(cutting: Cutting, volume: Volume) -> list[tuple[float, ..
     return [tuple(each) for each in np.ldexp(np.column_stack([in_box, offsets]).T, -exponents).T.tolist()]
 
 
-def brick_uniforms(brick: Brick) -> dict[str, Any]:
-    """Samples of the box that a brick's texture holds, and the part of the box that the brick owns."""
-    low, high = brick.own_range
+def brick_uniforms(brick: Brick, own_range: NDArray[np.float64]) -> dict[str, Any]:
+    """Samples of the box that a brick's texture holds, and the part of the box that is drawn with it."""
+    low, high = own_range
     samples, first, per_sample = brick.texture_from_box
     return {
         "brick_low": tuple(low),

@@ -38,7 +38,7 @@ def draw(compositor: Compositor, drawing: Drawing, brick: Brick, part: Numbers, 
     `part` is the part of the box that shows anything, in fractions of the box, shape (2, 3).
     """
     view, drawn = drawing.view, drawing.first
-    own = np.clip(brick.own_range, *part)
+    own = np.clip(drawing.own_range(brick), *part)
     _, polygons = sections(box_corners(drawn.volume, view.camera, own), slab_middles(view, slabs))
     if not polygons.size:
         return

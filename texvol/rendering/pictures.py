@@ -22,6 +22,7 @@ from texvol.scene.scene import CompleteScene
 from texvol.util.statistics import median
 
 Size = tuple[int, int]
+Corners = NDArray[np.float64]
 
 
 class Pictures(Protocol):
@@ -30,9 +31,19 @@ class Pictures(Protocol):
     bricks_drawn: int  # of the last picture
 
     def draw(
-        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        repeat: int = 1,
+        depth: bool = False,
+        block: Corners | None = None,
     ) -> NDArray[np.float32]:
-        """Return the picture, without background; or the depth of its isosurface."""
+        """Return the picture, without background; or the depth of its isosurface.
+
+        `block` is the low and high corner of the part that is drawn, in fractions of the first volume's box, shape
+        (2, 3): pictures of blocks that fill the box, composited in order of visibility, are the whole one.
+        """
 
     def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
         """Return the number of slabs that are sampled."""
@@ -63,10 +74,16 @@ class PicturesInMemory:
         self.bricks_drawn = 0
 
     def draw(
-        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        repeat: int = 1,
+        depth: bool = False,
+        block: Corners | None = None,
     ) -> NDArray[np.float32]:
-        """Return the picture, without background; or the depth of its isosurface."""
-        drawing = self.cache.drawing(scene, size, settings, depth)
+        """Return the picture, without background, or that of a block; or the depth of its isosurface."""
+        drawing = replace(self.cache.drawing(scene, size, settings, depth), block=block)
         surfaces = None if depth else self.cache.surfaces(scene, size, settings)
         self.cache.check_room(drawing)
         for drawn in drawing.volumes:

@@ -111,7 +111,7 @@ def draw(compositor: Compositor, drawing: Drawing, surfaces: Surfaces | None, ta
     """Slice what may show anything, draw and composite it; return the number of bricks that were drawn."""
     compositor.begin(drawing, target_format)
     drawn = drawing.first
-    shown = {brick: part for brick in drawn.textures.bricks if (part := drawn.visible_part(brick)) is not None}
+    shown = {brick: part for brick in drawn.textures.bricks if (part := _shown(drawing, brick)) is not None}
     # Surfaces cut the rays into intervals, and are composited between one interval and the next.
     for interval in surfaces.intervals(drawing, compositor) if surfaces else (drawing,):
         if len(drawing.volumes) > 1:
@@ -126,6 +126,21 @@ def draw(compositor: Compositor, drawing: Drawing, surfaces: Surfaces | None, ta
                 draw_brick(compositor, interval, brick, shown[brick])
     compositor.finish()
     return len(shown) if len(drawing.volumes) == 1 else len(drawing.volumes)
+
+
+def _shown(drawing: Drawing, brick: bricks.Brick) -> NDArray[np.float64] | None:
+    """Return what a brick shows in the block that is drawn, shape (2, 3); None if that is nothing."""
+    drawn, view = drawing.first, drawing.view
+    part = drawn.visible_part(brick)
+    if part is None or drawing.block is None:
+        return part
+    low, high = drawing.own_range(brick)
+    if (low >= high).any():
+        return None
+    # A slab whose middle lies in the block reaches beyond it.
+    reach = np.array(bricks.margin(drawn.volume, view.camera, view.size, view.slab_thickness)) / drawn.volume.dimensions
+    part = np.array([np.maximum(part[0], low - reach), np.minimum(part[1], high + reach)])
+    return part if (part[0] < part[1]).all() else None
 
 
 def read(compositor: Compositor, drawing: Drawing) -> NDArray[np.float32]:

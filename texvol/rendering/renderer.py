@@ -15,10 +15,11 @@ from texvol.opengl.contexts import Context, open_context
 from texvol.opengl.projection import depth_of
 from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
+from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.model_error import AskedOfModel, model_error
-from texvol.rendering.pictures import Pictures, PicturesInMemory
+from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
 from texvol.rendering.settings import (
     Settings,
@@ -30,9 +31,7 @@ from texvol.rendering.settings import (
 )
 from texvol.rendering.streaming.kinds import in_parts_or_memory
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
-from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.scene.display import NUMBER_MODES
-from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import Slicing, slabs_crossed
@@ -83,8 +82,7 @@ class Renderer:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             how = self._context, self._compositor, self._budget, (watch := Stopwatch())
-            self._in_memory = PicturesInMemory(*how)
-            self._in_parts = StreamedPictures(*how)
+            self._pictures = AnyPictures(*how)
         self._watch = watch
         self._last: tuple[CompleteScene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
@@ -303,8 +301,7 @@ class Renderer:
         if self._context.released:
             return
         with self._context:
-            self._in_memory.release()
-            self._in_parts.release()
+            self._pictures.release()
             self._compositor.release()
         self._context.release()
 
@@ -322,7 +319,7 @@ class Renderer:
 
     def _pictures_of(self, scene: Scene) -> Pictures:
         """Return what draws a scene."""
-        return self._in_parts if isinstance(scene.volume, LargeVolume) else self._in_memory
+        return self._pictures.of(scene)
 
     def _rounding(self, scene: CompleteScene) -> float:
         return self._pictures_of(scene).rounding(scene)

@@ -32,16 +32,18 @@ class Region:
     first: Triple
     last: Triple
 
+    def is_in(self, block: NDArray[np.float64], dimensions: Triple) -> bool:
+        """True if its middle lies in a block, low and high corner in fractions of the box, shape (2, 3)."""
+        middle = self.box(dimensions).mean(axis=0)
+        return bool((block[0] <= middle).all() and (middle < block[1]).all())
+
     def box(self, dimensions: Triple) -> NDArray[np.float64]:
         """Low and high corner in fractions of the box of all samples, shape (2, 3)."""
         return np.array([self.first, self.last]) / np.array(dimensions)
 
 
-def regions_of(dimensions: Triple, most_samples: float, block: tuple[Triple, Triple] | None = None) -> list[Region]:
-    """Return the regions of a volume of some dimensions, at most so many samples each if their sides allow.
-
-    `block` has the first and the last sample of the part of the volume that is wanted; regions are cut at its faces.
-    """
+def regions_of(dimensions: Triple, most_samples: float) -> list[Region]:
+    """Return the regions of a volume of some dimensions, at most so many samples each if their sides allow."""
     side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
     while _count(dimensions, side) < _FEW and max(side) > _SMALL:
         side = [min(n, max(side) // 2) for n in side]
@@ -52,10 +54,9 @@ def regions_of(dimensions: Triple, most_samples: float, block: tuple[Triple, Tri
         if side[axis] >= dimensions[axis] or 2 * math.prod(side) > most_samples:
             break
         side[axis] *= 2
-    low, high = block or ((0, 0, 0), dimensions)
     axes = [
-        [(at // n, max(at, a), min(at + n, b)) for at in range(a // n * n, b, n)]
-        for n, a, b in zip(side, low, high, strict=True)
+        [(at // n, at, min(at + n, count)) for at in range(0, count, n)]
+        for n, count in zip(side, dimensions, strict=True)
     ]
     return [
         Region((x[0], y[0], z[0]), (x[1], y[1], z[1]), (x[2], y[2], z[2]))

@@ -74,13 +74,22 @@ class StreamedPictures:
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
     def draw(
-        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        repeat: int = 1,
+        depth: bool = False,
+        block: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float32]:
-        """Return the picture without background, shape (height, width, 4), of a scene of one LargeVolume."""
+        """Return the picture without background, shape (height, width, 4), of a scene of one LargeVolume.
+
+        Of a block the regions are drawn whose middles lie in it.
+        """
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            drawing = self._drawn(scene, size, settings)
+            drawing = self._drawn(scene, size, settings, block)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         self._watch.seconds["draw"] = median(times[1:] or times)
         with self._watch.timed("read"):
@@ -88,7 +97,7 @@ class StreamedPictures:
 
     def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
         """Return the number of slabs that are sampled."""
-        self._drawn(scene, size, replace(settings, target_format="rgba32f"), count=True)
+        self._drawn(scene, size, replace(settings, target_format="rgba32f"), None, count=True)
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def rounding(self, scene: CompleteScene) -> float:
@@ -112,7 +121,14 @@ class StreamedPictures:
             "parts": self.stats,
         }
 
-    def _drawn(self, scene: CompleteScene, size: Size, settings: Settings, count: bool = False) -> Drawing:
+    def _drawn(
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        block: NDArray[np.float64] | None,
+        count: bool = False,
+    ) -> Drawing:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
         cache, parts = self._prepared(volume)
@@ -124,6 +140,7 @@ class StreamedPictures:
         compositor.begin(drawing, settings.target_format)
         regions = self.regions(volume)
         order, self.drawn = picture.in_order(regions)
+        order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
         cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
         screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)

@@ -1,0 +1,31 @@
+"""Maker of pictures of any scene: of volumes in memory, or of one in a store, part by part."""
+
+from __future__ import annotations
+
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.contexts import Context
+from texvol.opengl.texture_store import Stopwatch
+from texvol.rendering.pictures import Pictures, PicturesInMemory
+from texvol.rendering.streaming.picture import StreamedPictures
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import Scene
+
+
+class AnyPictures:
+    """Makers of both kinds of pictures on one context, which has to be current.
+
+    `budget` is the number of bytes for textures, `watch` takes the seconds of baking and uploading.
+    """
+
+    def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
+        self.in_memory = PicturesInMemory(context, compositor, budget, watch)
+        self.in_parts = StreamedPictures(context, compositor, budget, watch)
+
+    def of(self, scene: Scene) -> Pictures:
+        """Return what draws a scene."""
+        return self.in_parts if isinstance(scene.volume, LargeVolume) else self.in_memory
+
+    def release(self) -> None:
+        """Release everything on the device."""
+        self.in_memory.release()
+        self.in_parts.release()
