@@ -45,8 +45,8 @@ class Pictures(Protocol):
         (2, 3): pictures of blocks that fill the box, composited in order of visibility, are the whole one.
         """
 
-    def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        """Return the number of slabs that are sampled."""
+    def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
+        """Return the number of slabs that are sampled, in all or in a block."""
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
@@ -99,9 +99,9 @@ class PicturesInMemory:
         with self._watch.timed("read"):
             return read(self._compositor, drawing)
 
-    def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        """Return the number of slabs that are sampled."""
-        drawing = replace(self.cache.drawing(scene, size, settings), count=True)
+    def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
+        """Return the number of slabs that are sampled, in all or in a block."""
+        drawing = replace(self.cache.drawing(scene, size, settings), count=True, block=block)
         draw(self._compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 

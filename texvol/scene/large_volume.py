@@ -154,6 +154,9 @@ class LargeVolume(Volume):
         self._describe(unit, value_unit, space, source, notes)
         self._unchanged = Unchanged()
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "whole"}
+
     @property
     def notes(self) -> tuple[str, ...]:
         """Choices of the reader, and chunks that turned out to be missing so far."""

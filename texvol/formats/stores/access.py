@@ -36,6 +36,9 @@ class Store:
         self.is_remote = is_remote(path)
         self._json: dict[str, Any] = {}
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {"path": self.path, "is_remote": self.is_remote, "_json": self._json}
+
     def json(self, key: str) -> Any:
         """Return the content of a JSON file, or None if there is none.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -20,12 +21,35 @@ _CHUNK = 64  # samples along an axis, where the array names no chunks
 _EVEN = 1e-3  # of a step, by which coordinates may be uneven
 
 
+class _Mapped(NamedTuple):
+    """A mapped array as it is sent to another process."""
+
+    path: str
+    dtype: np.dtype
+    offset: int
+    shape: tuple[int, ...]
+
+    def opened(self) -> NDArray:
+        return np.memmap(self.path, self.dtype, "r", self.offset, self.shape)
+
+
 @dataclass(eq=False)
 class ArraySource(ChunkedSource):
     """Samples of anything that has a shape and a type, and returns parts by slices."""
 
     array: Any
     _read: int = 0
+
+    def __getstate__(self) -> dict[str, Any]:
+        state, array = super().__getstate__(), self.array
+        if isinstance(array, np.memmap) and array.filename and isinstance(array.base, mmap.mmap):
+            # Its samples stay in the file.
+            state["array"] = _Mapped(str(array.filename), array.dtype, array.offset, array.shape)
+        return state
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        mapped = state["array"]
+        super().__setstate__(state | ({"array": mapped.opened()} if isinstance(mapped, _Mapped) else {}))
 
     @property
     def bytes_read(self) -> int:

@@ -40,6 +40,13 @@ class Hdf5Source(ChunkedSource):
         chunk = dataset.chunks or tuple(min(size, _SLABS) for size in dataset.shape)
         return cls(layout, dtype, tuple(chunk), level, reading, dataset)
 
+    def __getstate__(self) -> dict[str, Any]:
+        return super().__getstate__() | {"dataset": (self.dataset.file.filename, self.dataset.name)}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        path, name = state["dataset"]
+        super().__setstate__(state | {"dataset": opened(path)[name]})
+
     @property
     def bytes_read(self) -> int:
         """Bytes that have been read so far: of each chunk the mean that the dataset takes in its file."""

@@ -8,6 +8,7 @@ import threading
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -86,6 +87,13 @@ class ChunkedSource(ABC):
     reading: Reading
     unread: dict[str, str] = field(default_factory=dict, init=False)  # chunks that could not be read, and why
     _lock: threading.Lock = field(default_factory=threading.Lock, init=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_lock"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__ |= state
+        self._lock = threading.Lock()
 
     @property
     def shape(self) -> Triple:

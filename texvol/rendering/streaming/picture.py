@@ -95,9 +95,11 @@ class StreamedPictures:
         with self._watch.timed("read"):
             return read(self._compositor, drawing)
 
-    def count(self, scene: CompleteScene, size: Size, settings: Settings) -> int:
-        """Return the number of slabs that are sampled."""
-        self._drawn(scene, size, replace(settings, target_format="rgba32f"), None, count=True)
+    def count(
+        self, scene: CompleteScene, size: Size, settings: Settings, block: NDArray[np.float64] | None = None
+    ) -> int:
+        """Return the number of slabs that are sampled, in all or in a block."""
+        self._drawn(scene, size, replace(settings, target_format="rgba32f"), block, count=True)
         return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def rounding(self, scene: CompleteScene) -> float:

@@ -1,0 +1,164 @@
+"""Blocks: convex parts of the box with about as much work each, by a kd-tree, which also orders them for the eye.
+
+Of two parts on both sides of a plane the one on the eye's side hides the other and never the reverse (Fuchs, Kedem and
+Naylor 1980). So pictures of the leaves composited *over* along the tree are the whole picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.camera import Camera
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene
+from texvol.scene.volume import Volume
+from texvol.slicing.regions import most_samples_of, regions_of
+
+Numbers = NDArray[np.float64]
+T = TypeVar("T")
+_BEYOND = 1e9  # boxes: the end of a block at which the box ends
+_CELL, _FEWEST = 16, 16  # samples along an axis of a cell, and cells along an axis of a volume in memory
+_STEP = 4  # samples: every so many are looked at to tell which cells show anything
+_IDLE = 0.01  # work of a cell that shows nothing, of that of one that does
+
+
+@dataclass(frozen=True)
+class Block:
+    """A part of the box: low and high corner in fractions of it, far beyond it where it ends."""
+
+    number: int
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    work: float = 1.0  # fraction of all
+
+    @property
+    def corners(self) -> Numbers:
+        """Low and high corner, shape (2, 3)."""
+        return np.array([self.low, self.high])
+
+
+@dataclass(frozen=True)
+class Split:
+    """Two parts on both sides of a plane across an axis of the box."""
+
+    axis: int
+    at: float  # fraction of the box
+    low: Tree
+    high: Tree
+
+
+Tree = Block | Split
+
+
+def leaves(tree: Tree) -> Iterator[Block]:
+    """Yield the blocks of a tree."""
+    if isinstance(tree, Block):
+        yield tree
+    else:
+        yield from leaves(tree.low)
+        yield from leaves(tree.high)
+
+
+def composited(tree: Tree, scene: CompleteScene, of: Callable[[Block], T], over: Callable[[T, T], T]) -> T:
+    """Return what `over` makes of the blocks' pictures: always of two neighbours, the front one first."""
+    if isinstance(tree, Block):
+        return of(tree)
+    low, high = (composited(each, scene, of, over) for each in (tree.low, tree.high))
+    return over(low, high) if _sees_low_first(scene.volume, scene.camera, tree) else over(high, low)
+
+
+def _sees_low_first(volume: Volume, camera: Camera, split: Split) -> bool:
+    if camera.projection == "perspective":
+        eye = volume.index_from_world @ (np.array(camera.eye) - volume.box_corner)
+        return bool(eye[split.axis] / volume.dimensions[split.axis] < split.at)
+    return bool((volume.index_from_world @ camera.forward)[split.axis] > 0)
+
+
+def blocks_of(scene: CompleteScene, size: tuple[int, int], count: int) -> Tree:
+    """Cut the box of a scene's volume into at most `count` blocks, with about as much work each.
+
+    A cell counts if the transfer function shows anything in it, and if its middle is on the screen. Volumes in stores
+    are cut between the regions that they are drawn in, and so into no more blocks than these.
+    """
+    edges, work = _cells(scene)
+    work = np.where(_on_screen(scene, size, edges), work, 0.0)
+    work = work + _IDLE * max(float(work.max()), 1.0) / max(work.size, 1) ** 0.5
+    cells = tuple((0, n) for n in work.shape[::-1])
+    total = float(work.sum())
+    lengths = np.linalg.norm(scene.volume.box_edges, axis=0)
+    numbers = iter(range(count))
+
+    def cut(cells: tuple[tuple[int, int], ...], count: int) -> Tree:
+        (x0, x1), (y0, y1), (z0, z1) = cells
+        own = work[z0:z1, y0:y1, x0:x1]
+        sides = [lengths[a] * (edges[a][last] - edges[a][first]) for a, (first, last) in enumerate(cells)]
+        axes = [a for a, (first, last) in enumerate(cells) if last - first > 1]
+        if count == 1 or not axes:
+            low = tuple(-_BEYOND if first == 0 else float(edges[a][first]) for a, (first, _) in enumerate(cells))
+            ends = [len(each) - 1 for each in edges]
+            high = tuple(_BEYOND if b == ends[a] else float(edges[a][b]) for a, (_, b) in enumerate(cells))
+            return Block(next(numbers), low, high, float(own.sum()) / total)  # type: ignore[arg-type]
+        axis = max(axes, key=lambda a: sides[a])
+        before = np.cumsum(own.sum(axis=tuple(n for n in range(3) if n != 2 - axis)))
+        wanted = before[-1] * (count // 2) / count
+        at = cells[axis][0] + 1 + int(np.abs(before[:-1] - wanted).argmin())
+        low_cells = tuple((a, at) if n == axis else (a, b) for n, (a, b) in enumerate(cells))
+        high_cells = tuple((at, b) if n == axis else (a, b) for n, (a, b) in enumerate(cells))
+        low = cut(low_cells, count // 2)
+        return Split(axis, float(edges[axis][at]), low, cut(high_cells, count - count // 2))
+
+    return cut(cells, count)
+
+
+def _cells(scene: CompleteScene) -> tuple[list[Numbers], Numbers]:
+    """Return the edges of cells along x, y, z in fractions of the box, and the work of each, shape (cz, cy, cx)."""
+    volume = scene.volume
+    if isinstance(volume, LargeVolume):
+        regions = regions_of(volume.dimensions, most_samples_of(volume))
+        last = [np.unique([region.last[axis] for region in regions]) for axis in range(3)]
+        edges = [np.append(0, each) / n for each, n in zip(last, volume.dimensions, strict=True)]
+        return edges, _shown(scene, edges)
+    steps = [max(min(_CELL, -(-n // _FEWEST)), 1) for n in volume.dimensions]
+    edges = [np.append(np.arange(0, n, step), n) / n for n, step in zip(volume.dimensions, steps, strict=True)]
+    return edges, _shown(scene, edges)
+
+
+def _shown(scene: CompleteScene, edges: list[Numbers]) -> Numbers:
+    """Return the samples of each cell in which anything shows, by the store's statistics or by some of the samples."""
+    volume = scene.volume
+    statistics = volume.levels[0].statistics if isinstance(volume, LargeVolume) else None
+    if statistics is not None:
+        shows = scene.medium.shows_between(statistics.lowest_around, statistics.highest_around, np.inf)
+    else:
+        looked_at = volume.overview if isinstance(volume, LargeVolume) else volume
+        values = np.asarray(looked_at.values[::_STEP, ::_STEP, ::_STEP], np.float64)
+        shows = scene.medium.shows_between(values, values, np.inf)
+    counts = np.array(shows, np.float64)
+    for axis, own in enumerate(reversed(edges)):
+        # Of each cell the part of the samples that lie in it, as an integral over fractions of the box.
+        n = counts.shape[axis]
+        until = np.insert(np.cumsum(counts, axis=axis), 0, 0.0, axis=axis)
+        at = np.clip(own * n, 0, n)
+        below = np.minimum(at.astype(int), n - 1)
+        part = (at - below).reshape([-1 if a == axis else 1 for a in range(3)])
+        low = np.take(until, below, axis=axis)
+        counts = np.diff(low + part * (np.take(until, below + 1, axis=axis) - low), axis=axis)
+    return counts
+
+
+def _on_screen(scene: CompleteScene, size: tuple[int, int], edges: list[Numbers]) -> NDArray[np.bool_]:
+    """Return which cells have their middle on the screen or beside it, shape (cz, cy, cx)."""
+    x, y, z = ((each[1:] + each[:-1]) / 2 - 0.5 for each in edges)
+    box = np.stack(np.broadcast_arrays(x, y[:, np.newaxis], z[:, np.newaxis, np.newaxis]), axis=-1)
+    camera, volume = scene.camera, scene.volume
+    world = box @ volume.box_edges.T + (volume.centre - np.array(camera.eye))
+    right, up, depth = (world @ np.asarray(axis) for axis in (camera.right, camera.upward, camera.forward))
+    half = camera.half_height * (depth if camera.projection == "perspective" else 1.0)
+    cell = max(float(np.linalg.norm(volume.box_edges, axis=0)[a] * np.diff(each).max()) for a, each in enumerate(edges))
+    beside = np.abs(half) + cell
+    return (np.abs(up) <= beside) & (np.abs(right) <= beside * size[0] / size[1]) & (depth > -cell)

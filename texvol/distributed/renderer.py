@@ -1,0 +1,165 @@
+"""Renderer whose pictures several processes draw, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import asdict
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.distributed.blocks import Block, Tree, blocks_of, composited, leaves
+from texvol.distributed.drawing import Drawn, Order
+from texvol.distributed.workers import Workers
+from texvol.opengl.contexts import Context
+from texvol.opengl.texture_store import Stopwatch
+from texvol.rendering.pictures import Pictures
+from texvol.rendering.renderer import Renderer
+from texvol.rendering.settings import Settings
+from texvol.rendering.stats import described_alike
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.util.errors import InputError
+
+Size = tuple[int, int]
+Corners = NDArray[np.float64]
+
+
+class DistributedRenderer(Renderer):
+    """`Renderer` whose pictures are drawn by `Workers`, and equal to those of one process to 2e-6.
+
+    Parameters
+    ----------
+    workers : Workers
+    blocks : int, optional
+        Number of blocks that the box is cut into; as many as workers by default.
+    backend : "auto", "egl" or "osmesa"
+        Of the context of this process, which tells what workers are to draw.
+
+    Raises
+    ------
+    InputError
+        If `blocks` is less than 1.
+    """
+
+    def __init__(self, workers: Workers, *, blocks: int | None = None, backend: str = "auto") -> None:
+        if blocks is not None and blocks < 1:
+            raise InputError(f"blocks must be at least 1, got {blocks}")
+        super().__init__(backend)
+        self.workers = workers
+        self._distributed = DistributedPictures(workers, blocks, self._context, self._watch)
+
+    def _pictures_of(self, scene: Scene) -> Pictures:
+        return self._distributed
+
+    @property
+    def tell(self) -> Callable[[float], None]:
+        """Function that is told which fraction of a picture's blocks is drawn."""
+        return self._distributed.tell
+
+    @tell.setter
+    def tell(self, tell: Callable[[float], None]) -> None:
+        self._distributed.tell = tell
+
+
+class DistributedPictures:
+    """Maker of pictures by workers, see `texvol.rendering.pictures.Pictures`."""
+
+    def __init__(self, workers: Workers, count: int | None, context: Context, watch: Stopwatch) -> None:
+        self._workers, self._count, self._context, self._watch = workers, count, context, watch
+        self.bricks_drawn, self.lost_digits, self._rounding = 0, 0.0, 0.0
+        self._told: list[tuple[Block | None, Drawn]] = []
+        self._cut: tuple[Any, Tree] | None = None
+        self.tell: Callable[[float], None] = lambda fraction: None
+
+    def draw(
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        repeat: int = 1,
+        depth: bool = False,
+        block: Corners | None = None,
+    ) -> NDArray[np.float32]:
+        """Return the picture, without background; or the depth of its isosurface."""
+        with self._watch.timed("draw"):
+            if depth or reason_for_one(scene) is not None:
+                order = Order(b"", size, settings, block, depth=depth, repeat=repeat)
+                told, _ = self._workers.draw(scene, [order], None, self.tell)
+                self._note([None], told)
+                picture = told[0].picture
+                assert isinstance(picture, np.ndarray)
+                return picture
+            tree = self._tree(scene, size)
+            blocks = list(leaves(tree))
+            orders = [Order(b"", size, settings, each.corners, repeat=repeat) for each in blocks]
+            told, whole = self._workers.draw(scene, orders, partial(_composited, tree, scene), self.tell)
+            self._note(blocks, told)
+            assert whole is not None
+            return whole.whole(size)
+
+    def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
+        """Return the number of slabs that are sampled."""
+        one = reason_for_one(scene) is not None
+        corners = [block] if one else [each.corners for each in leaves(self._tree(scene, size))]
+        orders = [Order(b"", size, settings, each, count=True) for each in corners]
+        told, _ = self._workers.draw(scene, orders, None, self.tell)
+        return sum(int(each.picture) for each in told)  # type: ignore[arg-type]
+
+    def rounding(self, scene: CompleteScene) -> float:
+        """Upper bound of the last picture's error by the rounding of values."""
+        return self._rounding
+
+    def described(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
+        """Return the entries of `--stats` that say what was drawn, with one of each block."""
+        return described_alike(self._context, scene, size, settings) | {
+            "workers": self._workers.count,
+            "one_block_because": reason_for_one(scene),
+            "blocks": [_stats_of(block, drawn) for block, drawn in self._told],
+        }
+
+    @contextmanager
+    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+        """Keep what is told of the last picture while others are drawn."""
+        told = self._told, self.bricks_drawn, self.lost_digits, self._rounding
+        yield
+        self._told, self.bricks_drawn, self.lost_digits, self._rounding = told
+
+    def release(self) -> None:
+        """Do nothing: the workers have the textures."""
+
+    def _note(self, blocks: list[Block] | list[None], told: list[Drawn]) -> None:
+        self._told = list(zip(blocks, told, strict=True))
+        self.bricks_drawn = sum(each.stats["bricks_drawn"] for each in told)
+        self.lost_digits = max(each.lost_digits for each in told)
+        self._rounding = max(each.rounding for each in told)
+
+    def _tree(self, scene: CompleteScene, size: Size) -> Tree:
+        """Return the blocks of a scene; those of the last one if that had the same volume, medium and number."""
+        key = (id(scene.volume), id(scene.medium), self._count or self._workers.count)
+        if self._cut is None or self._cut[0] != key:
+            self._cut = key, blocks_of(scene, size, key[2])
+        return self._cut[1]
+
+
+def reason_for_one(scene: CompleteScene) -> str | None:
+    """Return what of a scene keeps it from being cut into blocks; None if nothing does."""
+    if scene.mode != "composite":
+        return f"mode {scene.mode}"
+    if scene.geometry or scene.depth is not None:
+        return "meshes, lines or a depth picture"
+    return None
+
+
+def _composited(tree: Tree, scene: CompleteScene, of: Callable[[int], Any], over: Callable[[Any, Any], Any]) -> Any:
+    return composited(tree, scene, lambda block: of(block.number), over)
+
+
+def _stats_of(block: Block | None, drawn: Drawn) -> dict[str, Any]:
+    place = {"low": [0.0] * 3, "high": [1.0] * 3, "work": 1.0}
+    if block is not None:
+        place = {name: value for name, value in asdict(block).items() if name != "number"}
+        place |= {name: np.clip(place[name], 0.0, 1.0).tolist() for name in ("low", "high")}
+    return place | drawn.stats

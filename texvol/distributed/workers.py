@@ -1,0 +1,257 @@
+"""Workers: processes that draw blocks, on this machine or on a cluster of Dask."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.distributed import drawing
+from texvol.distributed.cropped import Cropped, over
+from texvol.distributed.drawing import Drawn, Machine, Order
+from texvol.distributed.sending import Packer
+from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.util.errors import InputError, missing_extra
+from texvol.util.memory import free_memory
+
+if TYPE_CHECKING:
+    from texvol.distributed.renderer import DistributedRenderer
+
+T = TypeVar("T")
+_TILE = 4096  # pixels of the oracle, at most, in one piece
+_PATIENCE = 60.0  # seconds for a scheduler to answer and for its workers to come
+
+
+class Workers:
+    """Processes that draw together; use it in a `with` statement.
+
+    Parameters
+    ----------
+    count : int, optional
+        Processes on this machine; as many as it has cores by default. Not with `address`.
+    address : str, optional
+        Of a scheduler of Dask, tcp://HOST:PORT or tls://HOST:PORT, or its scheduler file (FILE.json).
+    tls_ca, tls_cert, tls_key : str, optional
+        Files of the certificate authority, and of the certificate and key of this client, in PEM.
+    backend : "auto", "egl" or "osmesa"
+    texture_memory : float, optional
+        Megabytes (10^6 bytes) for textures of each worker.
+    memory : int, optional
+        Bytes of samples of a large volume, of each worker; on this machine by default a part of half of what is free.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or no scheduler or worker answers.
+    MissingExtraError
+        If dask.distributed is not installed.
+
+    Notes
+    -----
+    Dask runs what it is sent: whoever reaches its scheduler runs code on its workers. Those on this machine speak TLS
+    with a certificate of the moment; of a cluster see to it that TLS, or its network, keeps strangers out.
+    """
+
+    def __init__(
+        self,
+        count: int | None = None,
+        *,
+        address: str | None = None,
+        tls_ca: str | None = None,
+        tls_cert: str | None = None,
+        tls_key: str | None = None,
+        backend: str = "auto",
+        texture_memory: float | None = None,
+        memory: int | None = None,
+    ) -> None:
+        if count is not None and (address is not None or count < 1):
+            raise InputError(f"workers must be at least 1, and not beside an address, got {count}")
+        textures = int(texture_memory * 1e6) if texture_memory else None
+        self._machine, self._packer, self._cluster = Machine(backend, textures, memory), Packer(), None
+        self._sent: dict[str, Any] = {}
+        if address is None:
+            self._start(count or os.cpu_count() or 1)
+        else:
+            self._connect(address, tls_ca, tls_cert, tls_key)
+
+    def _start(self, count: int) -> None:
+        """Start processes on this machine."""
+        dask, distributed = _libraries()
+        threads = max((os.cpu_count() or 1) // count, 1)
+        memory = self._machine.memory or free_memory() // 2 // count
+        textures = self._machine.texture_memory or free_memory() // 2 // count
+        self._machine = replace(self._machine, memory=memory, texture_memory=textures, threads=threads)
+        settings = {
+            "distributed.worker.multiprocessing-method": "spawn",
+            "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": threads,
+            "distributed.comm.timeouts.connect": "60s",
+        }
+        with dask.config.set(settings):
+            self._cluster = distributed.LocalCluster(
+                n_workers=count,
+                threads_per_worker=1,
+                processes=True,
+                protocol="tls://",
+                security=distributed.Security.temporary(),
+                memory_limit=0,
+                dashboard_address=None,
+                silence_logs=50,
+            )
+            self._client = distributed.Client(self._cluster)
+
+    def _connect(self, address: str, ca: str | None, cert: str | None, key: str | None) -> None:
+        """Connect to the scheduler of a cluster, and wait for a worker."""
+        _, distributed = _libraries()
+        security = None
+        if ca or cert or key:
+            for path in (ca, cert, key):
+                if path is not None and not os.path.isfile(path):
+                    raise InputError(f"{path}: must be a file of a certificate or key, got none")
+            security = distributed.Security(
+                tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key, require_encryption=True
+            )
+        if not address.startswith(("tcp://", "tls://", "ws://", "wss://")) and not os.path.isfile(address):
+            raise InputError(f"{address}: must be tcp://HOST:PORT, tls://HOST:PORT or a scheduler file, got neither")
+        where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
+        try:
+            self._client = distributed.Client(**where, security=security, timeout=_PATIENCE)
+            self._client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, ValueError, TypeError, TimeoutError) as error:
+            raise InputError(f"{address}: no scheduler with workers answers: {error}") from None
+
+    @property
+    def count(self) -> int:
+        """Number of workers there are now, at least 1."""
+        return max(len(self._addresses()), 1)
+
+    def renderer(self, **options: Any) -> DistributedRenderer:
+        """Return a `Renderer` whose pictures these workers draw; `options` are its own, and `blocks`, their number."""
+        from texvol.distributed.renderer import DistributedRenderer
+
+        return DistributedRenderer(self, **options)
+
+    def raycast(
+        self,
+        scene: Scene,
+        size: tuple[int, int] = (512, 512),
+        tell: Callable[[float], None] = lambda fraction: None,
+    ) -> NDArray[np.float64]:
+        """Return the exact picture of a scene, as `texvol.raycast` does, tile by tile; `tell` is told the fraction."""
+        width, height = checked_size(size)
+        rows, columns = np.divmod(np.arange(width * height), width)
+        pixels = np.column_stack([columns, rows])
+        return self.raycast_pixels(scene, (width, height), pixels, tell).reshape(height, width, 4)
+
+    def raycast_pixels(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        pixels: NDArray[np.intp],
+        tell: Callable[[float], None] = lambda fraction: None,
+    ) -> NDArray[np.float64]:
+        """Return some pixels of the exact picture, shape (n, 4); `pixels` has column and row of each."""
+        packed, digests = self._packer.pack(scene.completed(size))
+        parts = self._parts(digests)
+        tiles = np.array_split(pixels, max(-(-len(pixels) // _TILE), min(self.count, max(len(pixels), 1))))
+        futures = [
+            self._client.submit(drawing.raycast_pixels, self._machine, packed, size, tile, parts, pure=False)
+            for tile in tiles
+        ]
+        self._wait(futures, tell)
+        return np.concatenate(self._gathered(futures))
+
+    def draw(
+        self,
+        scene: CompleteScene,
+        orders: Sequence[Order],
+        composited: Callable[[Callable[[int], Any], Callable[[Any, Any], Any]], Any] | None,
+        tell: Callable[[float], None],
+    ) -> tuple[list[Drawn], Cropped | None]:
+        """Draw blocks; return what is told of each, and the picture of all.
+
+        Parameters
+        ----------
+        orders : sequence of Order
+            Of each block; the scene in them is put in its place here.
+        composited : callable, optional
+            Is given the picture of a number, and *over*; returns the picture of all. Without it blocks are returned
+            with their pictures.
+        """
+        packed, digests = self._packer.pack(scene)
+        self._packer.forget(digests)
+        parts, addresses = self._parts(digests), self._addresses()
+        client = self._client
+        # The same block goes to the same worker, which has its textures; if that is gone, to any other.
+        drawn = [
+            client.submit(
+                drawing.draw,
+                self._machine,
+                replace(order, scene=packed),
+                parts,
+                pure=False,
+                workers=[addresses[number % len(addresses)]] if addresses else None,
+                allow_other_workers=True,
+            )
+            for number, order in enumerate(orders)
+        ]
+        if composited is None:
+            self._wait(drawn, tell)
+            return self._gathered(drawn), None
+        pictures = [client.submit(drawing.picture_of, each, pure=False) for each in drawn]
+        told = [client.submit(drawing.without_picture, each, pure=False) for each in drawn]
+        whole = composited(pictures.__getitem__, lambda front, behind: client.submit(over, front, behind, pure=False))
+        self._wait(told, tell)
+        picture, *stats = self._gathered([whole, *told])
+        return stats, picture
+
+    def close(self) -> None:
+        """Stop the processes on this machine, or leave the cluster."""
+        self._sent.clear()
+        self._client.close()
+        if self._cluster is not None:
+            self._cluster.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _addresses(self) -> list[str]:
+        return sorted(self._client.scheduler_info(n_workers=-1)["workers"])
+
+    def _parts(self, digests: Sequence[str]) -> dict[str, Any]:
+        """Return the parts of a scene as they lie on the workers; they are sent there once."""
+        self._sent = {digest: future for digest, future in self._sent.items() if digest in digests}
+        for digest in digests:
+            future = self._sent.get(digest)
+            if future is None or future.status in ("lost", "cancelled", "error"):
+                self._sent[digest] = self._client.scatter(self._packer.parts[digest], broadcast=True, hash=False)
+        return dict(self._sent)
+
+    def _wait(self, futures: Sequence[Any], tell: Callable[[float], None]) -> None:
+        from distributed import as_completed
+
+        for done, _ in enumerate(as_completed(list(futures), raise_errors=False), 1):
+            tell(done / len(futures))
+
+    def _gathered(self, futures: list[Any]) -> Any:
+        from distributed.scheduler import KilledWorker
+
+        try:
+            return self._client.gather(futures)
+        except KilledWorker as error:
+            raise InputError(f"workers died again and again while they drew: {error}") from None
+
+
+def _libraries() -> tuple[Any, Any]:
+    try:
+        import dask
+        import distributed
+    except ImportError:
+        raise missing_extra("several workers", "dask.distributed", "dask") from None
+    return dask, distributed
