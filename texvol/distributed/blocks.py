@@ -6,6 +6,8 @@ Naylor 1980). So pictures of the leaves composited *over* along the tree are the
 
 from __future__ import annotations
 
+import itertools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TypeVar
@@ -20,6 +22,7 @@ from texvol.scene.volume import Volume
 from texvol.slicing.regions import most_samples_of, regions_of
 
 Numbers = NDArray[np.float64]
+Ends = tuple[tuple[int, int], ...]
 T = TypeVar("T")
 _BEYOND = 1e9  # boxes: the end of a block at which the box ends
 _CELL, _FEWEST = 16, 16  # samples along an axis of a cell, and cells along an axis of a volume in memory
@@ -88,31 +91,51 @@ def blocks_of(scene: CompleteScene, size: tuple[int, int], count: int) -> Tree:
     edges, work = _cells(scene)
     work = np.where(_on_screen(scene, size, edges), work, 0.0)
     work = work + _IDLE * max(float(work.max()), 1.0) / max(work.size, 1) ** 0.5
-    cells = tuple((0, n) for n in work.shape[::-1])
-    total = float(work.sum())
     lengths = np.linalg.norm(scene.volume.box_edges, axis=0)
-    numbers = iter(range(count))
+    cells = _Cells(edges, work, [edge * length for edge, length in zip(edges, lengths, strict=True)], itertools.count())
+    return cells.cut(tuple((0, n) for n in work.shape[::-1]), count)
 
-    def cut(cells: tuple[tuple[int, int], ...], count: int) -> Tree:
-        (x0, x1), (y0, y1), (z0, z1) = cells
-        own = work[z0:z1, y0:y1, x0:x1]
-        sides = [lengths[a] * (edges[a][last] - edges[a][first]) for a, (first, last) in enumerate(cells)]
-        axes = [a for a, (first, last) in enumerate(cells) if last - first > 1]
+
+@dataclass(frozen=True)
+class _Cells:
+    """Cells of the box: edges along x, y, z in fractions of it and in the world, and work of shape (cz, cy, cx)."""
+
+    edges: list[Numbers]
+    work: Numbers
+    places: list[Numbers]
+    numbers: Iterator[int]  # of the blocks
+
+    def cut(self, ends: Ends, count: int) -> Tree:
+        """Cut the cells first … last - 1 along x, y, z into at most `count` blocks, across their longest side."""
+        axes = [axis for axis, (first, last) in enumerate(ends) if last - first > 1]
         if count == 1 or not axes:
-            low = tuple(-_BEYOND if first == 0 else float(edges[a][first]) for a, (first, _) in enumerate(cells))
-            ends = [len(each) - 1 for each in edges]
-            high = tuple(_BEYOND if b == ends[a] else float(edges[a][b]) for a, (_, b) in enumerate(cells))
-            return Block(next(numbers), low, high, float(own.sum()) / total)  # type: ignore[arg-type]
-        axis = max(axes, key=lambda a: sides[a])
-        before = np.cumsum(own.sum(axis=tuple(n for n in range(3) if n != 2 - axis)))
-        wanted = before[-1] * (count // 2) / count
-        at = cells[axis][0] + 1 + int(np.abs(before[:-1] - wanted).argmin())
-        low_cells = tuple((a, at) if n == axis else (a, b) for n, (a, b) in enumerate(cells))
-        high_cells = tuple((at, b) if n == axis else (a, b) for n, (a, b) in enumerate(cells))
-        low = cut(low_cells, count // 2)
-        return Split(axis, float(edges[axis][at]), low, cut(high_cells, count - count // 2))
+            return self._block(ends)
+        axis = max(axes, key=lambda a: self.places[a][ends[a][1]] - self.places[a][ends[a][0]])
+        first, last = ends[axis]
+        others = math.prod(b - a for number, (a, b) in enumerate(ends) if number != axis)
+        few = count // 2
+        before = np.cumsum(self._own(ends).sum(axis=tuple(n for n in range(3) if n != 2 - axis)))
+        # Each side has a cell for each of its blocks, if there are as many.
+        least = min(-(-few // others), last - first - 1)
+        most = max(last - first - -(-(count - few) // others), least)
+        at = least + int(np.abs(before[least - 1 : most] - before[-1] * few / count).argmin())
+        low, high = (
+            tuple(part if number == axis else own for number, own in enumerate(ends))
+            for part in ((first, first + at), (first + at, last))
+        )
+        return Split(axis, float(self.edges[axis][first + at]), self.cut(low, few), self.cut(high, count - few))
 
-    return cut(cells, count)
+    def _own(self, ends: Ends) -> Numbers:
+        (x0, x1), (y0, y1), (z0, z1) = ends
+        return self.work[z0:z1, y0:y1, x0:x1]
+
+    def _block(self, ends: Ends) -> Block:
+        x, y, z = (
+            (-_BEYOND if first == 0 else float(edge[first]), _BEYOND if last == len(edge) - 1 else float(edge[last]))
+            for edge, (first, last) in zip(self.edges, ends, strict=True)
+        )
+        work = float(self._own(ends).sum() / self.work.sum())
+        return Block(next(self.numbers), (x[0], y[0], z[0]), (x[1], y[1], z[1]), work)
 
 
 def _cells(scene: CompleteScene) -> tuple[list[Numbers], Numbers]:

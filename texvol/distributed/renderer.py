@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
 from functools import partial
 from typing import Any
 
@@ -106,7 +105,7 @@ class DistributedPictures:
         corners = [block] if one else [each.corners for each in leaves(self._tree(scene, size))]
         orders = [Order(b"", size, settings, each, count=True) for each in corners]
         told, _ = self._workers.draw(scene, orders, None, self.tell)
-        return sum(int(each.picture) for each in told)  # type: ignore[arg-type]
+        return sum(each.picture for each in told if isinstance(each.picture, int))
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
@@ -158,8 +157,7 @@ def _composited(tree: Tree, scene: CompleteScene, of: Callable[[int], Any], over
 
 
 def _stats_of(block: Block | None, drawn: Drawn) -> dict[str, Any]:
-    place = {"low": [0.0] * 3, "high": [1.0] * 3, "work": 1.0}
-    if block is not None:
-        place = {name: value for name, value in asdict(block).items() if name != "number"}
-        place |= {name: np.clip(place[name], 0.0, 1.0).tolist() for name in ("low", "high")}
-    return place | drawn.stats
+    if block is None:
+        return {"low": [0.0] * 3, "high": [1.0] * 3, "work": 1.0} | drawn.stats
+    low, high = np.clip(block.corners, 0.0, 1.0).tolist()
+    return {"low": low, "high": high, "work": block.work} | drawn.stats

@@ -194,7 +194,7 @@ class Workers:
                 parts,
                 pure=False,
                 workers=[addresses[number % len(addresses)]] if addresses else None,
-                allow_other_workers=True,
+                allow_other_workers=bool(addresses),
             )
             for number, order in enumerate(orders)
         ]
@@ -222,7 +222,7 @@ class Workers:
         self.close()
 
     def _addresses(self) -> list[str]:
-        return sorted(self._client.scheduler_info(n_workers=-1)["workers"])
+        return sorted(self._client.nthreads())
 
     def _parts(self, digests: Sequence[str]) -> dict[str, Any]:
         """Return the parts of a scene as they lie on the workers; they are sent there once."""
