@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from texvol.cli.common import add_depth, check_outputs
 from texvol.cli.exact_cells import raycast_cells
+from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.pictures import depth as depth_picture
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
@@ -43,6 +44,7 @@ def add_raycast(commands: Any) -> None:
         "--exact-cells", action="store_true",
         help="of an unstructured grid, integrate its own cells instead of the grid to which it is resampled",
     )  # fmt: skip
+    add_workers(parser)
     parser.set_defaults(run=run)
 
 
@@ -60,6 +62,9 @@ def run(arguments: argparse.Namespace) -> None:
     scene = export.prepared(scene, size, chose_view=scene_options.chose_view)
     if arguments.exact_cells and arguments.texture_refinement != 1:
         raise InputError("--exact-cells does not go with --texture-refinement")
+    by_workers = arguments.workers is not None or arguments.dask is not None
+    if by_workers and (arguments.exact_cells or arguments.texture_refinement != 1 or arguments.progressive):
+        raise InputError("--workers and --dask do not go with --exact-cells, --texture-refinement or --progressive")
     if scene.classification == "auto":
         scene = scene.classified_as("post")  # whose integral it stands for; the header says what was computed
     what = "ray casting of tetrahedra, float64" if arguments.exact_cells else "ray casting, float64"
@@ -92,6 +97,10 @@ def _pictures(
             left = (time.perf_counter() - start) * (1 / fraction - 1) if fraction else 0.0
             show(f"texvol: {100 * fraction:.0f} % of the pixels, {left:.0f} s left")
 
+        if (workers := workers_of(arguments)) is not None:
+            with workers:
+                yield workers.raycast(scene, size, tell), True
+            return
         if not fits(scene):
             yield raycast(scene, size, texture_refinement=refinement, tell=tell), True
             return

@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
 from texvol.cli.common import add_backend, add_depth, check_outputs
+from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
 from texvol.formats.pictures import depth as depth_picture
@@ -23,7 +26,7 @@ from texvol.scene.scene import Scene
 from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import say
+from texvol.util.terminal import say, status_line
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,6 +55,7 @@ def add_render(commands: Any) -> None:
     add_depth(parser)
     _add_accuracy(parser)
     _add_orbit(parser)
+    add_workers(parser)
     parser.set_defaults(run=run)
 
 
@@ -147,9 +151,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
-    from texvol.rendering.renderer import Renderer
-
-    with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+    with _renderer(arguments) as renderer:
         picture, depth, sequence_stats = None, None, {}
         if series is None and arguments.orbit is None:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)
@@ -175,6 +177,21 @@ def run(arguments: argparse.Namespace) -> None:
     said = [check.sentence] if check is not None and arguments.check else []
     for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
         say(sentence)
+
+
+@contextmanager
+def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
+    """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
+    from texvol.rendering.renderer import Renderer
+
+    workers = workers_of(arguments)
+    if workers is None:
+        with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+            yield renderer
+        return
+    with workers, workers.renderer(backend=arguments.backend) as renderer, status_line() as show:
+        renderer.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
+        yield renderer
 
 
 def _draw_picture(

@@ -48,6 +48,7 @@ class DistributedRenderer(Renderer):
             raise InputError(f"blocks must be at least 1, got {blocks}")
         super().__init__(backend)
         self.workers = workers
+        self._oracle = workers.raycast_pixels
         self._distributed = DistributedPictures(workers, blocks, self._context, self._watch)
 
     def _pictures_of(self, scene: Scene) -> Pictures:

@@ -253,5 +253,5 @@ def _libraries() -> tuple[Any, Any]:
         import dask
         import distributed
     except ImportError:
-        raise missing_extra("several workers", "dask.distributed", "dask") from None
+        raise missing_extra("distributed", "dask", "drawing by workers") from None
     return dask, distributed

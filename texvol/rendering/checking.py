@@ -24,6 +24,7 @@ import json
 import math
 import sys
 import warnings
+from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -50,6 +51,7 @@ _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 Numbers = NDArray[np.float64]
+Oracle = Callable[[Scene, tuple[int, int], NDArray[np.intp]], Numbers]
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,12 @@ def checked_count(check: int | str | None) -> int | str | None:
 
 
 def check_picture(
-    picture: NDArray[np.float32], scene: Scene, count: int | str, limit: float | None = None, seed: int = 0
+    picture: NDArray[np.float32],
+    scene: Scene,
+    count: int | str,
+    limit: float | None = None,
+    seed: int = 0,
+    oracle: Oracle | None = None,
 ) -> Check:
     """Compare `count` random pixels of a picture, or all, with the oracle; the seed decides which.
 
@@ -120,6 +127,8 @@ def check_picture(
         Linear and premultiplied, over the background.
     limit : float, optional
         Requested maximum error.
+    oracle : callable, optional
+        Returns some pixels of the exact picture, in place of `texvol.rendering.streaming.exact.raycast_pixels`.
 
     Raises
     ------
@@ -129,7 +138,10 @@ def check_picture(
     from texvol.rendering.streaming.exact import raycast, raycast_pixels
 
     height, width = picture.shape[:2]
-    if count == ALL or int(count) >= width * height:
+    if oracle is not None:
+        pixels = chosen_pixels((width, height), width * height if count == ALL else int(count), seed)
+        drawn, truth = picture[pixels[:, 1], pixels[:, 0]], oracle(scene, (width, height), pixels)
+    elif count == ALL or int(count) >= width * height:
         drawn, truth = picture.reshape(-1, 4), raycast(scene, (width, height)).reshape(-1, 4)
     else:
         pixels = chosen_pixels((width, height), int(count), seed)
@@ -251,13 +263,15 @@ def held_against_oracle(
     count: int | str | None,
     wanted: float | None,
     estimate: float | None,
+    oracle: Oracle | None = None,
 ) -> Check | None:
     """Check some pixels, and warn if their error is larger than requested.
 
-    Without a `count` only few are checked, if that takes little time; `estimate` is that of the error, for the warning.
+    Without a `count` only few are checked, if that takes little time; `estimate` is that of the error, for the warning,
+    and `oracle` that of `check_picture`.
     """
     if count is not None:
-        found: Check | None = check_picture(picture, scene, count, wanted)
+        found: Check | None = check_picture(picture, scene, count, wanted, oracle=oracle)
     else:
         found = None if wanted is None else check_in_passing(picture, scene, wanted)
     if wanted is not None and found is not None and found.beyond:

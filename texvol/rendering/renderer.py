@@ -84,6 +84,7 @@ class Renderer:
             how = self._context, self._compositor, self._budget, (watch := Stopwatch())
             self._pictures = AnyPictures(*how)
         self._watch = watch
+        self._oracle: checking.Oracle | None = None  # in place of that in this process
         self._last: tuple[CompleteScene, Size, Settings] | None = None
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, once it is known
@@ -215,7 +216,8 @@ class Renderer:
         if check is not None or max_error is not None:
             with self._watch.timed("check"):
                 truth = asked.truth(self._unrefined, complete)
-                self._check = checking.held_against_oracle(picture, truth, check, max_error, self._estimate)
+                held = picture, truth, check, max_error, self._estimate
+                self._check = checking.held_against_oracle(*held, self._oracle)
         return picture
 
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
