@@ -99,7 +99,7 @@ def clean_renderer(request: pytest.FixtureRequest) -> Iterator[None]:
     if isinstance(used, Renderer) and not used._context.released:
         with used._context:
             left = used._context.gl.error
-            for cache in used._in_memory.cache.volumes:
+            for cache in used._pictures.in_memory.cache.volumes:
                 cache.release()
         assert left == "GL_NO_ERROR", "the test left an OpenGL error"
 

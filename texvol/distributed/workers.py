@@ -89,6 +89,9 @@ class Workers:
             "distributed.worker.multiprocessing-method": "spawn",
             "distributed.nanny.pre-spawn-environ.NUMBA_NUM_THREADS": threads,
             "distributed.comm.timeouts.connect": "60s",
+            # Nobody looks at the pages that these would serve.
+            "distributed.scheduler.http.routes": [],
+            "distributed.worker.http.routes": [],
         }
         with dask.config.set(settings):
             self._cluster = distributed.LocalCluster(
@@ -98,7 +101,8 @@ class Workers:
                 protocol="tls://",
                 security=distributed.Security.temporary(),
                 memory_limit=0,
-                dashboard_address=None,
+                dashboard_address="127.0.0.1:0",
+                worker_dashboard_address="127.0.0.1:0",
                 silence_logs=50,
             )
             self._client = distributed.Client(self._cluster)
