@@ -36,6 +36,48 @@ OF_KINDS = (
         "a marched ray steps across the faces of the box",
         "test_checking.py -k 'faces_of_the_box'",
     ),
+    Mistake(
+        *("distributed", "blocks:_sees_low_first"),
+        *("< split.at)", "> split.at)"),
+        "blocks are composited back to front",
+        "test_box_blocks.py -k 'hides_one'",
+    ),
+    Mistake(
+        *("distributed", "cropped:over"),
+        *("part *= 1 - front.pixels[..., 3:]", "part *= 1"),
+        "blocks are added up and not composited",
+        "test_box_blocks.py -k 'cropped'",
+    ),
+    Mistake(
+        *("rendering", "visibility:region_shows"),
+        *("if not shows[where].any():", "if not shows[where].all():"),
+        "regions are left out where a single chunk of them is empty",
+        "test_pictures_in_parts.py",
+    ),
+    Mistake(
+        *("rendering", "levels:PredictedErrors.level"),
+        *("* seen <= self.allowed", "* seen <= 100 * self.allowed"),
+        "coarse levels may be a hundred times as far off",
+        "test_levels.py",
+    ),
+    Mistake(
+        *("textures", "distribution:deviations"),
+        *("return np.sqrt(np", "return 0 * np.sqrt(np"),
+        "coarse levels are classified by their means",
+        "test_levels.py",
+    ),
+    Mistake(
+        *("formats", "ome:_transformation"),
+        *("translation = [a * b for", "translation = [a for"),
+        "a scale after a translation leaves that as it was",
+        "test_ome_zarr.py",
+    ),
+    Mistake(
+        *("formats", "reducing:_mean"),
+        *("mean = np.rint(total / count)", "mean = np.floor(total / count)"),
+        "means of a pyramid are rounded down",
+        "test_convert.py",
+    ),
     changed(
         "isosurfaces.glsl",
         "seen.color += (1.0 - seen.color.a) * behind;",

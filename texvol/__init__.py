@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from texvol import geometry
     from texvol.annotation import Annotation
     from texvol.comparison import Difference, compare
+    from texvol.distributed.renderer import DistributedRenderer
+    from texvol.distributed.workers import Workers
     from texvol.formats.readers import TimeSeries, load, load_tetrahedra
     from texvol.formats.stores.arrays import open_array
     from texvol.formats.stores.channels import load_channels
@@ -48,6 +50,7 @@ _MODULES = {
     "DepthCue": "scene.lighting",
     "DepthPicture": "scene.depth_picture",
     "Difference": "comparison",
+    "DistributedRenderer": "distributed.renderer",
     "Estimator": "scene.gradient",
     "InputError": "util.errors",
     "Isosurface": "scene.isosurfaces",
@@ -64,6 +67,7 @@ _MODULES = {
     "TimeSeries": "formats.readers",
     "TransferFunction": "scene.transfer",
     "Volume": "scene.volume",
+    "Workers": "distributed.workers",
     "compare": "comparison",
     "load": "formats.readers",
     "load_channels": "formats.stores.channels",
@@ -86,6 +90,7 @@ __all__ = [
     "DepthCue",
     "DepthPicture",
     "Difference",
+    "DistributedRenderer",
     "Estimator",
     "InputError",
     "Isosurface",
@@ -102,6 +107,7 @@ __all__ = [
     "TimeSeries",
     "TransferFunction",
     "Volume",
+    "Workers",
     "__version__",
     "compare",
     "geometry",

@@ -20,6 +20,7 @@ from support.stores import write_ome
 import texvol
 from texvol import AddedVolume, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume
 from texvol.__main__ import main
+from texvol.distributed.renderer import DistributedRenderer
 from texvol.distributed.sending import Packer, Unpacker
 from texvol.distributed.workers import Workers
 
@@ -64,7 +65,7 @@ def test_pictures_are_those_of_one_process(workers: Workers, renderer: Renderer,
     scene = Scene(VOLUME, FOG, **scenes()[kind])
     camera = replace(scene.completed(SIZE).camera, projection=projection)
     scene = replace(scene, camera=camera)
-    with workers.renderer(blocks=5) as several:
+    with DistributedRenderer(workers, blocks=5) as several:
         found = several.render(scene, SIZE)
         stats = several.stats
     assert_allclose(found, renderer.render(scene, SIZE), atol=2e-6)
@@ -76,7 +77,7 @@ def test_pictures_are_those_of_one_process(workers: Workers, renderer: Renderer,
 @pytest.mark.parametrize("count", [1, 2, 3, 7, 16])
 def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, tmp_path: Path, count: int) -> None:
     scene = Scene(texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(48), chunk=16)), FOG, classification="post")
-    with workers.renderer(blocks=count) as several:
+    with DistributedRenderer(workers, blocks=count) as several:
         found = several.render(scene, SIZE)
         blocks = several.stats["blocks"]
     assert_allclose(found, renderer.render(scene, SIZE), atol=2e-6)
@@ -86,7 +87,7 @@ def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, t
 
 def test_an_error_is_kept_and_checked(workers: Workers) -> None:
     pytest.importorskip("numba", reason="needs the oracle: pip install 'texvol[oracle]'")
-    with workers.renderer() as several:
+    with DistributedRenderer(workers) as several:
         several.render(Scene(VOLUME, FOG, classification="post"), SIZE, max_error=0.01, check=64)
         assert several.check is not None and several.check.pixels == 64
         assert several.check.largest_error <= 0.01 and several.stats["estimated_error"] <= 0.01
@@ -103,7 +104,7 @@ def test_exact_pictures_are_those_of_one_process(workers: Workers) -> None:
 def test_a_killed_worker_changes_nothing(renderer: Renderer) -> None:
     scene = Scene(VOLUME, FOG, classification="post")
     wanted = renderer.render(scene, SIZE, sampling_rate=8)
-    with Workers(2) as workers, workers.renderer(blocks=6) as several:
+    with Workers(2) as workers, DistributedRenderer(workers, blocks=6) as several:
         several.render(scene, SIZE)
         victim = several.stats["blocks"][0]["process"]
         killed = threading.Timer(0.05, os.kill, (victim, signal.SIGKILL))

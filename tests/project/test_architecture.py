@@ -165,7 +165,7 @@ def test_every_dependency_has_a_compatible_range() -> None:
     ]
     assert all(">=" in each for each in wanted if not each.startswith("texvol["))
     # Versions that are dates promise nothing, so an upper bound would be a guess.
-    dated = {"imagecodecs", "tifffile"}
+    dated = {"imagecodecs", "tifffile", "distributed", "xarray"}
     assert all("," in each for each in wanted if not each.startswith("texvol[") and each.split(">")[0] not in dated)
 
 

@@ -189,9 +189,11 @@ def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
         with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
             yield renderer
         return
-    with workers, workers.renderer(backend=arguments.backend) as renderer, status_line() as show:
-        renderer.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
-        yield renderer
+    from texvol.distributed.renderer import DistributedRenderer
+
+    with workers, DistributedRenderer(workers, backend=arguments.backend) as drawing, status_line() as show:
+        drawing.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
+        yield drawing
 
 
 def _draw_picture(

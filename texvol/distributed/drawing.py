@@ -25,7 +25,7 @@ from texvol.scene.scene import CompleteScene
 
 @dataclass(frozen=True)
 class Machine:
-    """What a worker draws with: its back end, and bytes of textures and of samples; None: as much as is good."""
+    """Back end of a worker, and bytes of its textures and samples; None: as much as is good."""
 
     backend: str = "auto"
     texture_memory: int | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,6 @@ from texvol.distributed.sending import Packer
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.memory import free_memory
-
-if TYPE_CHECKING:
-    from texvol.distributed.renderer import DistributedRenderer
 
 T = TypeVar("T")
 _TILE = 4096  # pixels of the oracle, at most, in one piece
@@ -131,12 +128,6 @@ class Workers:
     def count(self) -> int:
         """Number of workers there are now, at least 1."""
         return max(len(self._addresses()), 1)
-
-    def renderer(self, **options: Any) -> DistributedRenderer:
-        """Return a `Renderer` whose pictures these workers draw; `options` are its own, and `blocks`, their number."""
-        from texvol.distributed.renderer import DistributedRenderer
-
-        return DistributedRenderer(self, **options)
 
     def raycast(
         self,

@@ -193,8 +193,8 @@ class Renderer:
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
-        of_levels = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
-        settings = with_levels(complete, size, settings, of_levels)
+        level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
+        settings = with_levels(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:
@@ -215,9 +215,8 @@ class Renderer:
         checking.warn_of_lost_digits(pictures.lost_digits)
         if check is not None or max_error is not None:
             with self._watch.timed("check"):
-                truth = asked.truth(self._unrefined, complete)
-                held = picture, truth, check, max_error, self._estimate
-                self._check = checking.held_against_oracle(*held, self._oracle)
+                against = asked.truth(self._unrefined, complete), check, max_error, self._estimate, self._oracle
+                self._check = checking.held_against_oracle(picture, *against)
         return picture
 
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
