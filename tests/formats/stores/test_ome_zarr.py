@@ -198,3 +198,11 @@ def test_values_beyond_the_memory_are_refused(tmp_path: Path) -> None:
     path = write_ome(tmp_path / "v.ome.zarr", field())
     volume = load(path, memory=1000)
     assert "choose a coarser level by --level" in str(raised(ValueError, lambda: volume.values))
+
+
+def test_transformations_are_applied_one_after_the_other() -> None:
+    from texvol.formats.stores.ome import _transformation
+
+    moved = {"type": "translation", "translation": [1, 2, 3]}
+    content = [{"type": "scale", "scale": [2, 2, 2]}, moved, {"type": "scale", "scale": [10, 1, 0.5]}]
+    assert _transformation(content, 3, "x") == ([20, 2, 1], [10, 2, 1.5])
