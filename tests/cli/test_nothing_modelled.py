@@ -106,7 +106,7 @@ def test_no_gradient_is_computed_and_no_code_of_light_compiled(name: str) -> Non
         assert renderer.stats["estimated_error"] >= 0  # which draws another picture
         assert renderer.stats["samples"] > 0  # which compiles another program
         found = programs(renderer)
-        assert not renderer._in_memory.cache._shadows._programs.kept
+        assert not renderer._pictures.in_memory.cache._shadows._programs.kept
     assert found
     of_cue = {"CUE", "cue"} if scene.depth_cue else set()
     for switches, uniforms in found:
@@ -144,7 +144,7 @@ def test_a_texture_has_the_bytes_of_what_it_holds(
         renderer.render(scene, SIZE)
         # A smooth float32 volume may do with 16 bits, under `post`.
         fewer = {4: 2, 16: 8}.get(size, size) if kind == "post" and dtype == "f4" else size
-        assert renderer._in_memory.cache.volumes[0].textures.bytes in (
+        assert renderer._pictures.in_memory.cache.volumes[0].textures.bytes in (
             fewer * volume.values.size,
             size * volume.values.size,
         )
@@ -155,7 +155,7 @@ def test_lit_texels_are_as_large_as_others(renderer: Renderer, kind: Classificat
     sizes = []
     for lighting in (None, Lighting()):
         renderer.render(plain(kind, lighting=lighting), SIZE, texture_format="rgba16f")
-        sizes.append(renderer._in_memory.cache.volumes[0].textures.bytes)
+        sizes.append(renderer._pictures.in_memory.cache.volumes[0].textures.bytes)
     assert sizes == [8 * VOLUME.values.size] * 2
 
 
@@ -240,7 +240,7 @@ def test_light_that_is_taken_away_leaves_nothing_behind(renderer: Renderer, kind
     pictures, sizes = [], []
     for lighting in (None, Lighting(), None):
         pictures.append(renderer.render(plain(kind, lighting=lighting), SIZE))
-        sizes.append(renderer._in_memory.cache.volumes[0].textures.bytes)
+        sizes.append(renderer._pictures.in_memory.cache.volumes[0].textures.bytes)
     np.testing.assert_array_equal(pictures[0], pictures[2])
     assert sizes[0] == sizes[2]
     assert np.abs(pictures[1] - pictures[0]).max() > 0.01

@@ -34,10 +34,10 @@ def test_a_signal_ends_with_one_line_and_no_file(folder: Path, stop: signal.Sign
     process = _ended(f"""
 import os, sys
 from texvol.__main__ import main
-from texvol.rendering import renderer
+from texvol.rendering import pictures
 
-right = renderer.draw
-renderer.draw = lambda *given: (right(*given), os.kill(os.getpid(), {stop.value}))[0]
+right = pictures.draw
+pictures.draw = lambda *given: (right(*given), os.kill(os.getpid(), {stop.value}))[0]
 sys.exit(main(["render", "v.npy", "--repeat", "100000", "--size", "9x9", "-o", "a.png"]))
 """)
     assert (process.returncode, process.stdout, process.stderr) == (status, "", f"texvol: {said}\n")

@@ -34,7 +34,7 @@ def test_bricks_are_the_whole(renderer, mode, kind, projection):
     texels = values.size * ((8 if kind == "uint8" else 16) if mode == "isosurface" else values.itemsize)
     with Renderer(texture_memory=texels / 2e6) as bricked:
         picture = bricked.render(scene, SIZE)
-        assert len(bricked._in_memory.cache.volumes[0].textures.bricks) > 8
+        assert len(bricked._pictures.in_memory.cache.volumes[0].textures.bricks) > 8
         if depth is not None:
             same_depths(bricked.depth(), depth, volume)
     np.testing.assert_array_equal(np.isfinite(picture), np.isfinite(whole))

@@ -281,7 +281,7 @@ def test_no_geometry_imports_compiles_and_allocates_nothing(tmp_path: Path) -> N
 def test_what_the_shapes_do_without_is_not_compiled(renderer: Renderer) -> None:
     with Renderer() as fresh:
         fresh.render(Scene(VOLUME, constant(0.2), CAMERA, geometry=(walls()[0].mesh(),), classification="slab"), SIZE)
-        surfaces = fresh._in_memory.cache._surfaces
+        surfaces = fresh._pictures.in_memory.cache._surfaces
         assert surfaces is not None
         [switches] = [dict(key[1:]) for key in surfaces._programs.kept if key[0] == "surface"]
     assert {name for name, value in switches.items() if value} == {"PERSPECTIVE"}

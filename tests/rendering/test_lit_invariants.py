@@ -67,8 +67,8 @@ def test_bricks_are_lit_as_the_whole(
     scene = replace(scene, depth_cue=DepthCue(0.5, (0.1, 0.2, 0.3)), gradient=Estimator("gaussian", 1.0))
     pictures = [drawn(each, scene) for each in (renderer, small)]
     assert (
-        len(small._in_memory.cache.volumes[0].textures.bricks) > 1
-        and len(renderer._in_memory.cache.volumes[0].textures.bricks) == 1
+        len(small._pictures.in_memory.cache.volumes[0].textures.bricks) > 1
+        and len(renderer._pictures.in_memory.cache.volumes[0].textures.bricks) == 1
     )
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.3
@@ -88,8 +88,8 @@ def test_leaps_leave_lit_pictures_as_they_are(renderer: Renderer, kind: Classifi
         renderer.render(scene, SIZE, texture_format="rgba32f", skip_empty=skip).astype(float) for skip in (True, False)
     ]
     assert (
-        renderer._in_memory.cache.volumes[0].empty_space.counts[1]
-        < 0.7 * renderer._in_memory.cache.volumes[0].empty_space.counts[0]
+        renderer._pictures.in_memory.cache.volumes[0].empty_space.counts[1]
+        < 0.7 * renderer._pictures.in_memory.cache.volumes[0].empty_space.counts[0]
     )
     assert largest(pictures[1] - pictures[0]) < SAME
     assert pictures[0].max() > 0.1
@@ -331,7 +331,7 @@ def test_light_that_no_eye_changes_is_baked_once(renderer: Renderer, kind: Class
         (Lighting(specular=0, two_sided=False), 2),
         (Lighting(()), 1),
     ):
-        before = renderer._in_memory.cache.volumes[0].textures.uploads
+        before = renderer._pictures.in_memory.cache.volumes[0].textures.uploads
         for camera in cameras:
             renderer.render(Scene(volume, FOG, camera, classification=kind, lighting=lighting), SIZE)
-        assert renderer._in_memory.cache.volumes[0].textures.uploads - before == uploads
+        assert renderer._pictures.in_memory.cache.volumes[0].textures.uploads - before == uploads

@@ -43,7 +43,7 @@ for frame in range(FRAMES):
     how = {'sampling_rate': kinds.choice([0.5, 1.0, 2.0]), 'skip_empty': bool(kinds.integers(2))}
     for renderer in renderers:
         assert np.isfinite(renderer.render(scene, (32, 24), **how)).all()
-    most_bricks = max(most_bricks, len(renderers[1]._in_memory.cache.volumes[0].textures.bricks))
+    most_bricks = max(most_bricks, len(renderers[1]._pictures.in_memory.cache.volumes[0].textures.bricks))
     if frame % 40 == 39:
         for renderer in renderers:
             with renderer._context as context:

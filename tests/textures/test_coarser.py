@@ -117,11 +117,11 @@ def test_the_estimate_leaves_the_halved_volume_where_it_is(
     first, halvings = drawn(renderer, scene, 9)
     assert halvings == [1, 1, 1] and renderer.stats["texture_format"] == texels
     assert not np.array_equal(full, first)
-    uploads = renderer._in_memory.cache.volumes[0].textures.uploads
+    uploads = renderer._pictures.in_memory.cache.volumes[0].textures.uploads
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
         again = renderer.render(scene, SIZE, slab_thickness=9.0)
     np.testing.assert_array_equal(again, first)
-    assert renderer._in_memory.cache.volumes[0].textures.uploads == uploads
+    assert renderer._pictures.in_memory.cache.volumes[0].textures.uploads == uploads
     np.testing.assert_array_equal(in_full(renderer, scene, 9), full)
 
 
@@ -366,7 +366,7 @@ def test_without_a_camera_the_same_box_is_framed(renderer: Renderer) -> None:
     assert drawn(renderer, scene, 9)[1] == [1, 1, 1]
     assert renderer._last is not None
     complete = scene.completed(SIZE)
-    left = renderer._in_memory.cache.volumes[0].coarser_scene(complete, complete, renderer._last[2])
+    left = renderer._pictures.in_memory.cache.volumes[0].coarser_scene(complete, complete, renderer._last[2])
     assert left.volume.dimensions == (COUNT // 2,) * 3
     assert left.camera == scene.completed(SIZE).camera
 

@@ -238,7 +238,7 @@ def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
 def _check_plan(arguments: argparse.Namespace) -> None:
     """Raise InputError if there is no output, and it is not a plan that is asked for."""
     if not arguments.plan:
-        raise InputError("--output must be the name of a picture, got none")
+        raise InputError("the following arguments are required: -o/--output, or --plan")
 
 
 def _draw_frames(

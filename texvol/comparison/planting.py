@@ -62,12 +62,14 @@ class PlantedRenderer(Renderer):
         with wrong_shaders(*mistake.functions) as folder:
             with self._context:
                 self._compositor = wrong = PlantedCompositor(self._context, folder, mistake)
+                self._pictures.draw_by(wrong)
             try:
                 yield wrong
             finally:
                 with self._context:
                     wrong.release()
                 self._compositor = right
+                self._pictures.draw_by(right)
 
     def slab_range(self) -> Slabs:
         """Return the first slab of the last picture and the one after its last; (0, 0) for none."""

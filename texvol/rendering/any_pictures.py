@@ -25,6 +25,10 @@ class AnyPictures:
         """Return what draws a scene."""
         return self.in_parts if isinstance(scene.volume, LargeVolume) else self.in_memory
 
+    def draw_by(self, compositor: Compositor) -> None:
+        """Draw what follows by another compositor on the same context."""
+        self.in_memory.compositor = self.in_parts.compositor = compositor
+
     def release(self) -> None:
         """Release everything on the device."""
         self.in_memory.release()

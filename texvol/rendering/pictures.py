@@ -69,7 +69,7 @@ class PicturesInMemory:
     """Pictures of volumes in memory, whose textures take at most `budget` bytes each."""
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
-        self._context, self._compositor, self._watch = context, compositor, watch
+        self._context, self.compositor, self._watch = context, compositor, watch
         self.cache = SceneCache(context, budget, watch)
         self.bricks_drawn = 0
 
@@ -92,18 +92,18 @@ class PicturesInMemory:
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            self.bricks_drawn = draw(self._compositor, drawing, surfaces, settings.target_format)
+            self.bricks_drawn = draw(self.compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._watch.seconds["draw"] = median(times[1:] or times)
         with self._watch.timed("read"):
-            return read(self._compositor, drawing)
+            return read(self.compositor, drawing)
 
     def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
         """Return the number of slabs that are sampled, in all or in a block."""
         drawing = replace(self.cache.drawing(scene, size, settings), count=True, block=block)
-        draw(self._compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
-        return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
+        draw(self.compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
+        return int(self.compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""

@@ -19,6 +19,7 @@ from texvol.window.jobs import Answer
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.screen import Textures
+from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
 
 MESSAGE_SECONDS = 8.0
@@ -251,7 +252,7 @@ class Desk:
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
         clerk, self.writing = self.clerk, 0.0
-        job |= {"scene": document.scene, "showing": document.showing, "name": document.origin.volume}
+        job |= {"scene": at_rest(document.scene), "showing": document.showing, "name": document.origin.volume}
         self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:

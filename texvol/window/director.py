@@ -13,6 +13,7 @@ from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
 from texvol.window.painter import Painter
 from texvol.window.quality import MOVING_TERMINATION, SETTLED, Coarseness, Pace, is_software, moving_scene
+from texvol.window.stand_in import at_rest
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ class Director:
         settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
         if settled and self._refined < self.version:
             self._refined = self.version
-            self._refiner.ask(kind="rest", scene=scene, size=size, showing=showing, accuracy=self.accuracy)
+            self._refiner.ask(kind="rest", scene=at_rest(scene), size=size, showing=showing, accuracy=self.accuracy)
         return new
 
     def next_due(self, now: float) -> float:

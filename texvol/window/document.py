@@ -23,6 +23,7 @@ from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, framed
+from texvol.window.stand_in import stand_in, with_stand_ins
 
 _LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
@@ -220,8 +221,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     if options.has_depth_in:
         raise InputError("--depth-in is of a single view: leave it out of a window")
     options.size = size
-    volume = options.load()
-    scene = options.scene(volume, in_8_bits=True)
+    scene = with_stand_ins(options.scene(stand_in(options.load()), in_8_bits=True))
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)

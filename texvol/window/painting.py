@@ -29,6 +29,7 @@ from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings, checked_termination
 from texvol.scene.display import NUMBER_MODES, found_window
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import slabs as slicing
 from texvol.util import writing
@@ -157,6 +158,9 @@ class JobRunner:
 
         The last picture is the picture that `texvol render --max-error` writes; choosing its thickness takes seconds.
         """
+        if isinstance(job.scene.volume, LargeVolume):
+            self._rest_of_large(job)
+            return
         start, renderer = time.perf_counter(), self._renderer
         slicing = job.accuracy.get("slicing", "stacks")
         first = renderer.render(job.scene, job.size, slicing=slicing)
@@ -180,6 +184,20 @@ class JobRunner:
             picture = renderer.render(job.scene, job.size, max_error=wanted, slicing=slicing)
         metadata |= {"estimated_error": renderer.estimate, "reached": not missed}
         self._send(job, picture, start, **metadata)
+
+    def _rest_of_large(self, job: Job) -> None:
+        """Draw pictures from coarse levels to the one that pixels show; how far the last ones differ is their error."""
+        from texvol.rendering.streaming.progressive import coarse_levels
+
+        start, renderer, before = time.perf_counter(), self._renderer, None
+        slicing = job.accuracy.get("slicing", "stacks")
+        for level in (*coarse_levels(job.scene, job.size, {})[1:], "auto"):
+            picture = renderer.render(job.scene, job.size, level=level, slicing=slicing)
+            metadata: dict[str, Any] = {"level": renderer.settings["level"], "levels": len(job.scene.volume.levels)}
+            if before is not None:
+                metadata["estimated_error"] = float(np.abs(picture - before).max())
+            before = picture
+            self._send(job, picture, start, final=level == "auto", **metadata)
 
     def _file(self, job: Job) -> None:
         export = _export(job)

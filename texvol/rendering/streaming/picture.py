@@ -65,7 +65,7 @@ class StreamedPictures:
     """
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
-        self._context, self._compositor, self._watch, self._budget = context, compositor, watch, budget
+        self._context, self.compositor, self._watch, self._budget = context, compositor, watch, budget
         self._cache: SampleCache | None = None
         self._parts: PartStore | None = None
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
@@ -93,14 +93,14 @@ class StreamedPictures:
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         self._watch.seconds["draw"] = median(times[1:] or times)
         with self._watch.timed("read"):
-            return read(self._compositor, drawing)
+            return read(self.compositor, drawing)
 
     def count(
         self, scene: CompleteScene, size: Size, settings: Settings, block: NDArray[np.float64] | None = None
     ) -> int:
         """Return the number of slabs that are sampled, in all or in a block."""
         self._drawn(scene, size, replace(settings, target_format="rgba32f"), block, count=True)
-        return int(self._compositor.picture()[..., 0].sum(dtype=np.float64))
+        return int(self.compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
@@ -138,7 +138,7 @@ class StreamedPictures:
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
         self._formats, self.lost_digits = set(), 0.0
-        compositor = self._compositor
+        compositor = self.compositor
         compositor.begin(drawing, settings.target_format)
         regions = self.regions(volume)
         order, self.drawn = picture.in_order(regions)
@@ -173,8 +173,8 @@ class StreamedPictures:
                 part = self._baked(brick, next_one.asked, cache, parts, picture, everything)
             self._note(part)
             if part.shown is not None:
-                picture.draw(self._compositor, part)
-                screen.has_drawn(self._compositor, brick, part.baked.volume.value_range)
+                picture.draw(self.compositor, part)
+                screen.has_drawn(self.compositor, brick, part.baked.volume.value_range)
             self.tell(self.drawn.drawn / max(len(order) - screen.hidden, 1))
 
     def _note(self, part: Part) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from imgui_bundle import imgui
 
@@ -9,6 +12,7 @@ from texvol.scene.display import NUMBER_MODES
 from texvol.window import commands
 from texvol.window.desk import Desk
 from texvol.window.quality import error_text, limit_text
+from texvol.window.stand_in import StandIn
 from texvol.window.steering import BINDINGS, MOUSE
 
 _PLAIN = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_inputs
@@ -41,7 +45,7 @@ def status_lines(desk: Desk) -> list[str]:
         return []
     metadata = shown.metadata
     height, width = shown.pixels.shape[:2]
-    first = f"{metadata.get('slabs', 0)} slabs · {width} × {height}"
+    first = f"{metadata.get('slabs', 0)} slabs · {width} × {height}{_level_text(desk, metadata)}"
     numbers = document.scene.mode in NUMBER_MODES
     error = error_text(metadata, numbers=numbers)
     if shown.state == "moving":
@@ -60,6 +64,15 @@ def status_lines(desk: Desk) -> list[str]:
     if document.scene.mode == "composite":
         modelled.insert(0, f"{metadata.get('classification', '')} classification")
     return [*speed, first, "modelled: " + ", ".join(modelled)]
+
+
+def _level_text(desk: Desk, metadata: Mapping[str, Any]) -> str:
+    """Return which level of a store is shown; nothing for other volumes."""
+    assert desk.document is not None
+    volume = desk.document.scene.volume
+    if not isinstance(volume, StandIn):
+        return ""
+    return f" · level {metadata.get('level', volume.level)} of 0 to {len(volume.large.levels) - 1}"
 
 
 def _refining_time(desk: Desk) -> str:

@@ -1,0 +1,75 @@
+"""Stand-ins: the coarse level of a volume in a store that the window holds in memory.
+
+Panels, slices and moving pictures are of the stand-in, which is as quick to turn as any small volume; pictures at rest
+and files are of the store.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_MOST = 1 << 24  # samples: 256³
+_OF_MEMORY = 1 / 8  # that a stand-in takes at most: the window and its painters have one each
+_PAINTERS = 2
+
+
+class StandIn(Volume):
+    """A level of a large volume, in memory; `large` is the volume, `level` the number of the level."""
+
+    large: LargeVolume
+    level: int
+
+
+def stand_in(volume: Volume) -> Volume:
+    """Return what the window shows of a volume: itself, all of its store in memory if that is small, or a stand-in."""
+    if not isinstance(volume, LargeVolume):
+        return volume
+    most = min(_MOST, int(volume.memory * _OF_MEMORY) // volume.dtype.itemsize)
+    sizes = [int(np.prod(level.source.shape, dtype=np.int64)) for level in volume.levels]
+    if sizes[0] <= most:
+        return volume.whole
+    fitting = [number for number, size in enumerate(sizes) if size <= most]
+    if fitting:
+        number = fitting[0]
+        made = volume.part(number, (0, 0, 0), volume.at_level(number).dimensions)
+    else:
+        number, made = len(sizes) - 1, volume.overview
+    volume.memory //= _PAINTERS
+    made.__class__ = StandIn
+    assert isinstance(made, StandIn)
+    made.large, made.level, made.notes = volume, number, volume.notes
+    return made
+
+
+def with_stand_ins(scene: Scene) -> Scene:
+    """Return the scene whose volumes are all in memory."""
+    return _replaced(scene, stand_in)
+
+
+def at_rest(scene: Scene) -> Scene:
+    """Return the scene of the volume in its store, if that can be drawn part by part; else the scene as it is."""
+    from texvol.rendering.streaming.kinds import reason_for_memory
+
+    if not any(isinstance(volume, StandIn) for volume in scene.volumes) or reason_for_memory(scene) is not None:
+        return scene
+    return _replaced(scene, lambda volume: volume.large if isinstance(volume, StandIn) else volume)
+
+
+def _replaced(scene: Scene, by: Callable[[Volume], Volume]) -> Scene:
+    volume = by(scene.volume)
+    added = tuple(
+        each if (other := by(each.volume)) is each.volume else replace(each, volume=other) for each in scene.added
+    )
+    if volume is scene.volume and all(a is b for a, b in zip(added, scene.added, strict=True)):
+        return scene
+    return replace(scene, volume=volume, added=added)
