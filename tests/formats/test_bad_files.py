@@ -189,7 +189,6 @@ def test_a_corrupt_file_is_read_or_refused(tmp_path: Path, name: str, capfd: pyt
 @pytest.mark.parametrize(
     ("name", "kind"),
     [
-        ("v.h5", "HDF5"),
         ("v.png", "PNG"),
         ("v.npz", "NPZ"),
     ],

@@ -136,8 +136,6 @@ def test_one_volume_in_several_encodings(file: str) -> None:
         ("nrrd-encodings/test2d_ascii.nrrd", r"must have 3 axes, got 2 \(3 x 9\)"),
         ("nrrd-encodings/BallBinary30x30x30.raw", "--shape NX,NY,NZ"),
         ("nucleus/dna_conf_wf.ome.tif", r"choose one with --channel 0\.\.1"),
-        ("nucleus/dna_conf_wf_v04.ome.zarr", "OME-Zarr, which texvol does not read yet; texvol reads NRRD"),
-        ("nucleus/dna_conf_wf_v05.ome.zarr", "OME-Zarr, which texvol does not read yet; texvol reads NRRD"),
     ],
 )
 def test_what_is_no_volume_is_refused_by_name(file: str, reason: str) -> None:

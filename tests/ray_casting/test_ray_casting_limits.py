@@ -340,7 +340,8 @@ def run_python(code, **environment):
 
 
 def test_without_numba_the_error_names_the_extra():
-    done = run_python("import sys; sys.modules['numba'] = None; import texvol; texvol.raycast")
+    scene = "texvol.Scene(texvol.Volume([[[1.0]]]), 'fog')"
+    done = run_python(f"import sys; sys.modules['numba'] = None; import texvol; texvol.raycast({scene}, (2, 2))")
     assert done.returncode != 0
     assert "texvol raycast needs numba" in done.stderr and "texvol[oracle]" in done.stderr
 

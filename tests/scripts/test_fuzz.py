@@ -43,7 +43,15 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
 
 def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> None:
     known = " ".join(inputs.kinds)
-    for name in (*FORMATS, "dicom-rle", "dicom-jpeg", "dicom-jpeg-ls", "dicom-lossless", "dicom-jpeg-2000"):
+    # Zarr is read by threads, which do not outlive a fork: formats/stores/test_faulty_stores.py damages its files.
+    for name in (
+        *(each for each in FORMATS if each != "Zarr"),
+        "dicom-rle",
+        "dicom-jpeg",
+        "dicom-jpeg-ls",
+        "dicom-lossless",
+        "dicom-jpeg-2000",
+    ):
         assert name.lower() in known
     endings = {Path(made.opened).suffix for made in map(inputs.made, range(3000)) if made.reader in ("mesh", "picture")}
     assert endings >= set(reading.FORMATS)

@@ -82,7 +82,7 @@ def several_blocks() -> Blocks:
     media: Blocks = [_NOTHING | {"CLASSIFICATION": (1,)}, *_classified()]
     for media_of_both in ((first, second) for first in media for second in media):
         halves = any(medium["CLASSIFICATION"] == (3,) for medium in media_of_both)
-        block = RAYS | {"CAPS": EITHER, "VOLUMES": (2,), "SHALLOW": (0,), "HALVES": (int(halves),)}
+        block = RAYS | {"CAPS": EITHER, "VOLUMES": (2,), "BLOCK": EITHER, "SHALLOW": (0,), "HALVES": (int(halves),)}
         for volume, medium in enumerate(media_of_both):
             own = {name: values for name, values in medium.items() if name not in ("WHOLE_SLABS", "SHALLOW")}
             own |= _WHERE | {"FACES": EITHER}

@@ -191,9 +191,10 @@ class JobRunner:
 
         start, renderer, before = time.perf_counter(), self._renderer, None
         slicing = job.accuracy.get("slicing", "stacks")
-        for level in (*coarse_levels(job.scene, job.size, {})[1:], "auto"):
+        levels: list[int | str] = [*coarse_levels(job.scene, job.size, {})[1:], "auto"]
+        for level in levels:
             picture = renderer.render(job.scene, job.size, level=level, slicing=slicing)
-            metadata: dict[str, Any] = {"level": renderer.settings["level"], "levels": len(job.scene.volume.levels)}
+            metadata: dict[str, Any] = {"level": renderer.settings["level"]}
             if before is not None:
                 metadata["estimated_error"] = float(np.abs(picture - before).max())
             before = picture
