@@ -24,7 +24,8 @@ silent = [(os.POSIX_SPAWN_OPEN, 1, os.devnull, os.O_WRONLY, 0)]
 start = time.perf_counter()
 child = os.posix_spawn(sys.argv[1], sys.argv[1:], os.environ, file_actions=silent)
 _, status, usage = os.wait4(child, 0)
-print(time.perf_counter() - start, usage.ru_maxrss, os.waitstatus_to_exitcode(status))
+seconds = time.perf_counter() - start
+print(seconds, usage.ru_maxrss, usage.ru_utime + usage.ru_stime, os.waitstatus_to_exitcode(status))
 """
 
 
@@ -64,7 +65,22 @@ def frame_seconds(renderer: Renderer, scene: Scene, size: tuple[int, int], **acc
 
 
 def process(line: Iterable[str], **environment: str) -> tuple[float, float]:
-    """Wall seconds and peak megabytes (10⁶ bytes) of a process from start to end.
+    """Wall seconds and peak megabytes (10⁶ bytes) of a process from start to end; raises as `usage`."""
+    found = usage(line, **environment)
+    return found.seconds, found.megabytes
+
+
+@dataclass(frozen=True)
+class Usage:
+    """What a process took from start to end."""
+
+    seconds: float
+    megabytes: float  # of 10⁶ bytes, at the peak
+    processor_seconds: float  # of all its threads
+
+
+def usage(line: Iterable[str], **environment: str) -> Usage:
+    """Return what a process takes.
 
     Raises
     ------
@@ -78,10 +94,10 @@ def process(line: Iterable[str], **environment: str) -> tuple[float, float]:
         env=os.environ | environment,
         check=True,
     )
-    seconds, kibibytes, status = witness.stdout.split()
+    seconds, kibibytes, of_processor, status = witness.stdout.split()
     if status != "0":
         raise RuntimeError((witness.stderr.strip().splitlines() or [f"status {status}"])[-1])
-    return float(seconds), float(kibibytes) * 1024 / 1e6
+    return Usage(float(seconds), float(kibibytes) * 1024 / 1e6, float(of_processor))
 
 
 def texvol_line(*words: object) -> list[str]:

@@ -48,6 +48,7 @@ _LONGEST_SLAB = 1e30  # in units of length of the texels: opaque if anything is 
 _LOOKED_UP = 1 << 17  # samples looked up at once, which is little work for each
 _CHUNK = 1 << 15  # samples classified at once: few enough for the cache, many enough for threads
 _LARGEST_PART = 1 << 18  # samples lit at once, so that each thread takes some 20 MB
+_SMALLEST_PART = 1 << 16  # samples lit by one thread: beginning another one takes longer
 
 Classifier = Callable[[NDArray], NDArray[np.float64]]  # values (n,) → texels (n, 4), unscaled
 OfMedium = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]  # see `_medium_encoder`
@@ -312,6 +313,8 @@ def _classified(
 
 def _parts(depth: int, height: int, width: int) -> list[tuple[slice, slice]]:
     """Layers and rows of a box, no more parts than needed: each reads its neighbours' samples once more."""
+    if depth * height * width <= _SMALLEST_PART:
+        return [(slice(0, depth), slice(0, height))]
     layers = max(1, min(-(-depth // (os.cpu_count() or 1)), _LARGEST_PART // (height * width)))
     rows = max(1, min(height, _LARGEST_PART // width))
     return [
