@@ -31,7 +31,9 @@ SOURCE |= {"channel": (int, str), "time": int, "labels": bool, "blocks": bool, "
 SOURCE |= {"image": str, "level": int, "fix_pyramid": bool, "missing_chunks": bool}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
-    each.name: {"float": _NUMBER, "float | None": _NUMBER, "str": str, "bool": bool, "int": int}[str(each.type)]
+    each.name: {"float": _NUMBER, "float | None": _NUMBER, "str": str, "bool": bool, "bool | None": bool, "int": int}[
+        str(each.type)
+    ]
     for each in fields(Settings)
 }
 _MOST_SHOWN = 200  # characters of a quoted text, enough for a path

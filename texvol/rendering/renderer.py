@@ -115,6 +115,7 @@ class Renderer:
         of: str = "own",
         level: int | str = "auto",
         level_error: float | None = None,
+        coarser_by_pixels: bool | None = None,
         views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
@@ -156,9 +157,10 @@ class Renderer:
         level : int or "auto"
             Level of a `LargeVolume` that is drawn, 0 the finest. "auto" is as fine as pixels can show, and no farther
             apart than slabs whose thickness was asked for; or by `level_error`.
+        coarser_by_pixels : bool, optional
+            True if regions farther off have coarser levels where pixels show no more; by default if pixels decide.
         level_error : float, optional
-            The level of each region is the coarsest that keeps this error against the finest, by prediction; half of
-            `max_error` by default.
+            Error that levels of regions may have against the finest, by prediction; half of `max_error` by default.
         views : int
             Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
             of them is no dearer.
@@ -193,7 +195,7 @@ class Renderer:
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
-        level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
+        level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate, coarser_by_pixels)
         settings = with_levels(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"

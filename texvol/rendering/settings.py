@@ -30,7 +30,8 @@ class Settings:
     skip_empty: bool
     slicing: str = "stacks"
     texture_refinement: int = 1  # texels along an axis for a sample
-    level: int = 0  # of the part of a large volume that is nearest to the eye, or of all of it
+    level: int = 0  # of a large volume
+    coarser_by_pixels: bool | None = None  # True if parts of it are as coarse as pixels show; `level` is the finest
     level_error: float | None = None  # that coarser levels of its parts may have
 
     def skips(self, scene: Scene) -> bool:

@@ -16,6 +16,7 @@ from texvol.cli.command_line import main
 from texvol.rendering.streaming.levels import covers, settled_level
 from texvol.rendering.streaming.plan import plan
 from texvol.rendering.streaming.progressive import render_progressively
+from texvol.scene.transfer.presets import preset
 from texvol.slicing.regions import Region
 from texvol.textures.distribution import Smoothed
 
@@ -52,6 +53,43 @@ def test_near_regions_are_finer(renderer: Renderer) -> None:
     scene = Scene(stored, FOG, Camera.perspective(eye, (15.5, 15.5, 100), (0, 1, 0), fov=60))
     renderer.render(scene, (24, 24))
     assert set(renderer.stats["parts"]["levels"]) >= {"0", "1", "2"} or len(renderer.stats["parts"]["levels"]) > 1
+
+
+def test_a_level_that_is_asked_for_is_that_of_all_regions(renderer: Renderer) -> None:
+    """A near eye: regions behind were drawn from coarser levels than their pixels show."""
+    volume = random_volume(3)
+    stored, _ = large(volume)
+    eye = volume.centre + [10, -8, -60]
+    scene = Scene(stored, FOG, Camera.perspective(eye, volume.centre, (0, 1, 0), fov=40), classification="post")
+    for level in (0, 1):
+        renderer.render(scene, SIZE, level=level)
+        assert set(renderer.stats["parts"]["levels"]) == {str(level)}
+    drawn = renderer.render(scene, SIZE, level=0, max_error=0.005)
+    truth = renderer.render(replace(scene, volume=volume), SIZE, sampling_rate=8)
+    assert np.abs(drawn - truth).max() <= 0.005
+
+
+def test_settings_draw_a_picture_of_several_levels_again(renderer: Renderer) -> None:
+    stored, _ = large(Volume(np.full((512, 32, 32), 100, np.uint8)), 32)
+    scene = Scene(stored, FOG, Camera.perspective((15.5, 15.5, -40.0), (15.5, 15.5, 100), (0, 1, 0), fov=60))
+    first = renderer.render(scene, (24, 24))
+    levels, settings = renderer.stats["parts"]["levels"], renderer.settings
+    assert len(levels) > 1
+    again = renderer.render(replace(scene, classification="post"), (24, 24), **settings)
+    assert renderer.stats["parts"]["levels"] == levels
+    assert np.array_equal(first, again)
+
+
+@pytest.mark.parametrize("name", ["contours", "boundaries"])
+def test_matter_that_depends_on_the_gradient_has_coarse_levels(renderer: Renderer, name: str) -> None:
+    volume = random_volume(2)
+    stored, _ = large(volume)
+    scene = Scene(stored, preset(name, volume), Camera.framing(volume), classification="post")
+    fine = renderer.render(scene, SIZE, level=0)
+    coarse = renderer.render(scene, SIZE, level=1)
+    assert np.abs(coarse - fine).mean() < 0.1 < fine[..., 3].max()
+    renderer.render(scene, SIZE, max_error=0.1)
+    assert set(renderer.stats["parts"]["levels"]) == {"0"}  # nothing predicts how far coarse ones are off
 
 
 @pytest.mark.parametrize("seed", range(4))

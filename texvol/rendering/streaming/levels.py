@@ -36,21 +36,13 @@ Numbers = NDArray[np.float64]
 
 
 def levels_by_pixels(
-    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: Sequence[Region], finest: int | None
+    scene: CompleteScene, size: tuple[int, int], settings: Settings, volume: LargeVolume, regions: Sequence[Region]
 ) -> list[int]:
-    """Return the level of each region that is as fine as pixels can show.
-
-    Parameters
-    ----------
-    finest : int, optional
-        Level of the nearest region; as its pixels can show by default.
-    """
-    apart = [_pixel_distance(scene, size, volume, region) for region in regions]
-    if finest is not None:
-        nearest = min(apart, default=1.0)
-        own = float((volume.spacing * volume.levels[finest].factor).min())
-        apart = [own * each / nearest if nearest > 0 else 0.0 for each in apart]
-    levels = [_level_of(volume, each) for each in apart]
+    """Return the level of each region: that of the settings, or a coarser one if pixels show no more and it may be."""
+    levels = [settings.level] * len(regions)
+    if settings.coarser_by_pixels:
+        apart = [_pixel_distance(scene, size, volume, region) for region in regions]
+        levels = [max(settings.level, _level_of(volume, each)) for each in apart]
     return [
         next(number for number in range(level, -1, -1) if number == 0 or covers(volume.levels[number], region))
         for level, region in zip(levels, regions, strict=True)
@@ -65,6 +57,7 @@ class LevelsAskedFor:
     level_error: float | None = None  # that coarser levels may have; half of `max_error` if None
     max_error: float | None = None  # of the whole picture
     slabs: float | None = None  # not None if the slabs' thickness was asked for
+    coarser_by_pixels: bool | None = None  # None: if the level is auto
 
 
 def with_levels(
@@ -98,7 +91,11 @@ def with_levels(
     thickness = settings.slab_thickness
     if asked.slabs is None:
         thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
-    return replace(settings, level=number, slab_thickness=min(thickness, 2 * volume.radius))
+    coarser = asked.coarser_by_pixels
+    if coarser is None and level == "auto":  # slabs are as thick everywhere: if they decide, so are all samples apart
+        coarser = number == settled_level(scene, size, level, None)
+    thickness = min(thickness, 2 * volume.radius)
+    return replace(settings, level=number, coarser_by_pixels=coarser or None, slab_thickness=thickness)
 
 
 def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str, most_apart: float | None) -> int:
@@ -143,9 +140,9 @@ class PredictedErrors:
 def predicted_errors(
     scene: CompleteScene, volume: LargeVolume, regions: Sequence[Region], max_error: float
 ) -> PredictedErrors | None:
-    """Return what coarse levels are predicted to move; None for a store whose statistics are not known."""
+    """Return what coarse levels are predicted to move; None if that is not known: all is drawn from the finest."""
     statistics = volume.levels[0].statistics
-    if statistics is None:
+    if statistics is None or scene.medium.needs_gradient:  # gradients of coarse samples are not those of fine ones
         return None
     light = max(scene.lighting.brightest, 1.0) if scene.lighting else 1.0
     low, high = (np.nan_to_num(each) for each in (statistics.lowest_around, statistics.highest_around))

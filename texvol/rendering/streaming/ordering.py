@@ -50,10 +50,9 @@ class RegionsOfPicture:
         ]
         drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
         self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
-        if self._predicted is None:
-            finest = self.settings.level
-            by_pixels = levels_by_pixels(self.scene, self.size, self.volume, shown, finest) if error is None else []
-            self.levels |= dict(zip(shown, by_pixels, strict=False))
+        if self._predicted is None and error is None:
+            found = levels_by_pixels(self.scene, self.size, self.settings, self.volume, shown)
+            self.levels |= dict(zip(shown, found, strict=True))
         self._numbers = {region: number for number, region in enumerate(shown)}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
         at = {region.position: region for region in shown}

@@ -315,7 +315,9 @@ class _Picture(RegionsOfPicture):
 
     def _of_distributions(self, scene: CompleteScene, brick: Brick) -> BakedTexture:
         """Return the texture of a part of a coarse level."""
-        spread = Spread(self.smoothed, deviations(self.volume, scene.volume, brick))
+        spread = None
+        if not scene.medium.needs_gradient:
+            spread = Spread(self.smoothed, deviations(self.volume, scene.volume, brick))
         return slab_texture.bake(
             scene.volume,
             scene.medium,

@@ -68,7 +68,7 @@ class Screen:
                     tuple(slice(a - w.start, b - w.start) for a, b, w in zip(low, high, box, strict=True))
                     for box in (where, own)
                 )
-                pending[here] += covers[there] * self._depth_of(each, None)
+                pending[here] += np.where(covers[there], self._depth_of(each, None), 0.0)
         return bool(((pending >= self._enough) | ~mask).all())
 
     def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
