@@ -23,7 +23,7 @@ from texvol.scene.transfer import Classified, TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 
-_NODES, _WIDTHS = 2048, 48
+_NODES, _WIDTHS, _FINER = 2048, 48, 4
 _NARROWEST, _WIDEST = 1 / 2048, 1.0  # of the transfer function's range
 _OPAQUE = 20.0  # optical depth of a finest spacing that stands for an infinite one
 _OF_A_SLOPE = 1 / 12  # variance of a linear function that rises by 1 from face to face
@@ -46,16 +46,32 @@ class Smoothed:
         """Return mean emission (n, 3) and extinction (n) of values of some means and standard deviations, (n,)."""
         known = ~np.isnan(means)
         at = (np.where(known, means, self._low).astype(np.float64) - self._low) / self._range
-        width = np.clip(np.log(np.maximum(deviations / self._range, 1e-300) / _NARROWEST) / self._step + 1, 0, _WIDTHS)
         # Beyond the ends of the function the nodes go on for as wide as the distribution may be.
-        node = np.clip((at + 1) / 3 * (_NODES - 1), 0, _NODES - 1)
-        i, j = np.minimum(node.astype(np.intp), _NODES - 2), np.minimum(width.astype(np.intp), _WIDTHS - 1)
-        s, t = (node - i)[:, np.newaxis], (width - j)[:, np.newaxis]
-        table = self._table
-        numbers = (1 - t) * ((1 - s) * table[j, i] + s * table[j, i + 1])
-        numbers += t * ((1 - s) * table[j + 1, i] + s * table[j + 1, i + 1])
-        numbers[~known] = 0
-        return Classified(numbers[:, :3], numbers[:, 3])
+        node = np.clip((at.astype(np.float32) + 1) * np.float32((_NODES - 1) / 3), 0, np.float32(_NODES - 1))
+        wide = np.maximum((deviations / (self._range * _NARROWEST)).astype(np.float32), np.float32(1e-30))
+        # The nearest of many widths: as good as between fewer, and half of the work.
+        width = np.log(wide) * np.float32(_FINER / self._step) + np.float32(_FINER + 0.5)
+        row = np.clip(width, 0, _WIDTHS * _FINER).astype(np.intp)
+        i = np.minimum(node.astype(np.intp), _NODES - 2)
+        s, place = (node - i)[:, np.newaxis], row * _NODES + i
+        numbers = self._rows.take(place, axis=0)
+        after = self._rows.take(place + 1, axis=0)
+        after -= numbers
+        after *= s
+        numbers += after
+        if not known.all():
+            numbers[~known] = 0
+        found = numbers.astype(np.float64)
+        return Classified(found[:, :3], found[:, 3])
+
+    @cached_property
+    def _rows(self) -> NDArray[np.float32]:
+        """The table with more widths, one row for each width and node."""
+        fine = np.arange(_WIDTHS * _FINER + 1) / _FINER
+        below = np.minimum(fine.astype(np.intp), _WIDTHS - 1)
+        t = (fine - below)[:, np.newaxis, np.newaxis].astype(np.float32)
+        table = self._table.astype(np.float32)
+        return ((1 - t) * table[below] + t * table[below + 1]).reshape(-1, 4)
 
     @cached_property
     def largest(self) -> Classified:
