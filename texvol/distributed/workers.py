@@ -102,7 +102,7 @@ class Workers:
                 worker_dashboard_address="127.0.0.1:0",
                 silence_logs=50,
             )
-            self._client = distributed.Client(self._cluster)
+            self._client = distributed.Client(self._cluster, set_as_default=False)
 
     def _connect(self, address: str, ca: str | None, cert: str | None, key: str | None) -> None:
         """Connect to the scheduler of a cluster, and wait for a worker."""
@@ -119,7 +119,7 @@ class Workers:
             raise InputError(f"{address}: must be tcp://HOST:PORT, tls://HOST:PORT or a scheduler file, got neither")
         where = {"scheduler_file": address} if os.path.isfile(address) else {"address": address}
         try:
-            self._client = distributed.Client(**where, security=security, timeout=_PATIENCE)
+            self._client = distributed.Client(**where, security=security, timeout=_PATIENCE, set_as_default=False)
             self._client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, ValueError, TypeError, TimeoutError) as error:
             raise InputError(f"{address}: no scheduler with workers answers: {error}") from None
