@@ -231,7 +231,7 @@ class Workers:
     def _wait(self, futures: Sequence[Any], tell: Callable[[float], None]) -> None:
         from distributed import as_completed
 
-        for done, _ in enumerate(as_completed(list(futures), raise_errors=False), 1):
+        for done, _ in enumerate(as_completed(list(futures), loop=self._client.loop, raise_errors=False), 1):
             tell(done / len(futures))
 
     def _gathered(self, futures: list[Any]) -> Any:
