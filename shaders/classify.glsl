@@ -3,9 +3,10 @@
 // A medium is (r, g, b, extinction), where r, g, b is straight colour, or emission if the transfer function has a
 // number for it. The function is a sum of ramps where that is exact to rounding, which costs next to nothing for a
 // few ramps; otherwise it is a table of segments between control points, in which a grid and a binary search find a
-// value. Lengths are in the volume's smallest spacing.
+// value. Lengths are in the volume's smallest spacing. Of a distribution of values it is the mean medium, from a table of
+// the smoothed function.
 //
-// Switches: RAMPS n: number of ramps; 0: segments.
+// Switches: RAMPS n: number of ramps; 0: segments. SPREAD 1: distributions of values, and neither of these.
 //           MISSING 1: values may be NaN, where there is no medium.
 //           EMISSIVE 0: emission is colour times extinction; 1: emission is a number of its own, 2: likewise, and an
 //                    opaque medium shows its straight colour.
@@ -29,7 +30,28 @@ vec4 color_of_glowing(vec4 medium, float path_length) {
     return vec4(medium.rgb * (path_length * mean_transmittance(depth, opacity)), opacity);
 }
 
-#if RAMPS
+#if SPREAD
+
+uniform sampler2D smoothed;       // a row for each width, see textures/distribution.py
+uniform float smoothed_low;       // value of the first column
+uniform vec2 smoothed_columns;    // places per value, and of the first column
+uniform vec2 smoothed_rows;       // likewise of rows
+float held_low = HELD(smoothed_low);
+vec2 held_columns = HELD(smoothed_columns);
+vec2 held_rows = HELD(smoothed_rows);
+
+// There are no ramps to load.
+void load_ramps() {
+}
+
+// Mean medium of values that are distributed about a mean; 0 at NaN.
+vec4 medium_of_spread(float mean, float row) {
+    vec2 place = vec2((mean - held_low) * held_columns.x + held_columns.y, row * held_rows.x + held_rows.y);
+    vec4 medium = textureLod(smoothed, place, 0.0);
+    return MISSING == 0 || mean == mean ? medium : vec4(0.0);
+}
+
+#elif RAMPS
 
 #if RAMPS <= 3  // there is no room for more flat uniforms
 flat uniform vec4 ramp_base;      // colour and extinction before the first ramp

@@ -2,7 +2,7 @@
 //
 // Switches: CLASSIFICATION 0: texels hold slab-integrated colour and opacity, 1: emission and extinction, 2: the value,
 //                          classified in the middle of each slab, 3: the value, integrated over halves of slabs.
-//           MISSING, EMISSIVE, RAMPS: see classify.glsl. GRADIENT, WEIGHTS: see volume_texture.glsl.
+//           MISSING, EMISSIVE, RAMPS, SPREAD: see classify.glsl. GRADIENT, WEIGHTS: see volume_texture.glsl.
 //           LIT 1: light falls on the medium; HEAD_LIGHT and the like: see light.glsl. CUE: see seen.glsl.
 //           MODULATIONS, GRADED, CONTOURS: see graded.glsl.
 
@@ -22,6 +22,9 @@ flat uniform float slab_length;        // slab thickness, in the unit of length 
 #endif
 #if CLASSIFICATION == 3
 #include "integrate.glsl"
+#endif
+#if SPREAD
+uniform sampler3D rows;           // of distributions of values; lie as the texels do
 #endif
 
 #if LIT
@@ -63,7 +66,11 @@ vec4 lit_medium(vec4 medium, Shade shade) {
 // Medium of a texel in its light: colour or emission, and extinction.
 vec4 medium_of(vec4 texel, vec3 position) {
     float value = value_of(texel);
+#if SPREAD
+    vec4 medium = medium_of_spread(value, textureLod(rows, texture_position(position), 0.0).r);
+#else
     vec4 medium = medium_of_value(value);
+#endif
     vec3 gradient = gradient_of(texel);
     float magnitude = magnitude_of(gradient);
     medium = modulated(medium, modulation_of(magnitude));

@@ -43,7 +43,9 @@ SWITCHES: dict[str, list[Switches]] = {
     "box_walk.glsl": VISIBLE,
     "brick.glsl": product(BRICKS=EITHER),
     "classify.glsl": [
-        each | {"SHALLOW": each["RAMPS"] // 2} for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, MISSING=EITHER)
+        each | {"SHALLOW": each["RAMPS"] // 2, "SPREAD": spread}
+        for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, MISSING=EITHER)
+        for spread in EITHER
     ],
     "compositing.glsl": product(SHALLOW=EITHER, COUNT=EITHER),
     "each_ramp.glsl": product(RAMPS=NUMBERS_OF_RAMPS),
@@ -54,7 +56,7 @@ SWITCHES: dict[str, list[Switches]] = {
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),
     "integrate.glsl": [
-        each | {"MISSING": 0, "SHALLOW": 0} for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
+        each | {"MISSING": 0, "SHALLOW": 0, "SPREAD": 0} for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
     ],
     "integrated_slabs.glsl": slabs_of(3),
     "isosurfaces.glsl": [

@@ -39,6 +39,8 @@ RAYS = {"PERSPECTIVE": EITHER, "HALF_SPACES": (0, 1, 3), "INTERVAL": EITHER, "CU
 _WHERE = {"BRICKS": EITHER, "SKIPS": EITHER}
 _VALUES = {"RAMPS": (0, SOME, MANY), "EMISSIVE": (0, 1, 2), "MISSING": EITHER, "WEIGHTS": EITHER}
 _NOTHING = fixed(NOTHING_SPECIAL) | UNLIT
+# Distributions of values, see texvol/textures/spread_texture.py.
+_SPREAD = _NOTHING | fixed({"CLASSIFICATION": 2, "SPREAD": 1, "EMISSIVE": 1}) | {"MISSING": EITHER, "SHALLOW": EITHER}
 _WITH_GRADIENT = {"GRADIENT": (1, 2)}
 
 
@@ -68,6 +70,7 @@ def slab_stack_blocks() -> Blocks:
         common | slab | {"WHOLE_SLABS": (1,), "PERSPECTIVE": (0,)},
         common | slab | {"WHOLE_SLABS": (2,), "PERSPECTIVE": (1,)},
         common | _NOTHING | _VALUES | few_registers | {"AT_ONCE": (4,)},
+        *(common | _SPREAD | light for light in (UNLIT, *(_WITH_GRADIENT | each for each in LIGHTS))),
     ]
 
 

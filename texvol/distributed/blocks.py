@@ -19,7 +19,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
-from texvol.slicing.regions import most_samples_of, regions_of
+from texvol.slicing.regions import regions_of_level
 
 Numbers = NDArray[np.float64]
 Ends = tuple[tuple[int, int], ...]
@@ -82,13 +82,13 @@ def _sees_low_first(volume: Volume, camera: Camera, split: Split) -> bool:
     return bool((volume.index_from_world @ camera.forward)[split.axis] > 0)
 
 
-def blocks_of(scene: CompleteScene, size: tuple[int, int], count: int) -> Tree:
+def blocks_of(scene: CompleteScene, size: tuple[int, int], count: int, level: int = 0) -> Tree:
     """Cut the box of a scene's volume into at most `count` blocks, with about as much work each.
 
     A cell counts if the transfer function shows anything in it, and if its middle is on the screen. Volumes in stores
-    are cut between the regions that they are drawn in, and so into no more blocks than these.
+    are cut between the regions in which they are drawn from a level, and so into no more blocks than these.
     """
-    edges, work = _cells(scene)
+    edges, work = _cells(scene, level)
     work = np.where(_on_screen(scene, size, edges), work, 0.0)
     work = work + _IDLE * max(float(work.max()), 1.0) / max(work.size, 1) ** 0.5
     lengths = np.linalg.norm(scene.volume.box_edges, axis=0)
@@ -138,11 +138,11 @@ class _Cells:
         return Block(next(self.numbers), (x[0], y[0], z[0]), (x[1], y[1], z[1]), work)
 
 
-def _cells(scene: CompleteScene) -> tuple[list[Numbers], Numbers]:
+def _cells(scene: CompleteScene, level: int) -> tuple[list[Numbers], Numbers]:
     """Return the edges of cells along x, y, z in fractions of the box, and the work of each, shape (cz, cy, cx)."""
     volume = scene.volume
     if isinstance(volume, LargeVolume):
-        regions = regions_of(volume.dimensions, most_samples_of(volume))
+        regions = regions_of_level(volume, level)
         last = [np.unique([region.last[axis] for region in regions]) for axis in range(3)]
         edges = [np.append(0, each) / n for each, n in zip(last, volume.dimensions, strict=True)]
         return edges, _shown(scene, edges)

@@ -92,7 +92,7 @@ class DistributedPictures:
                 picture = told[0].picture
                 assert isinstance(picture, np.ndarray)
                 return picture
-            tree = self._tree(scene, size)
+            tree = self._tree(scene, size, settings.level)
             blocks = list(leaves(tree))
             orders = [Order(b"", size, settings, each.corners, repeat=repeat) for each in blocks]
             told, whole = self._workers.draw(scene, orders, partial(_composited, tree, scene), self.tell)
@@ -103,7 +103,7 @@ class DistributedPictures:
     def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
         """Return the number of slabs that are sampled."""
         one = reason_for_one(scene) is not None
-        corners = [block] if one else [each.corners for each in leaves(self._tree(scene, size))]
+        corners = [block] if one else [each.corners for each in leaves(self._tree(scene, size, settings.level))]
         orders = [Order(b"", size, settings, each, count=True) for each in corners]
         told, _ = self._workers.draw(scene, orders, None, self.tell)
         return sum(each.picture for each in told if isinstance(each.picture, int))
@@ -136,11 +136,12 @@ class DistributedPictures:
         self.lost_digits = max(each.lost_digits for each in told)
         self._rounding = max(each.rounding for each in told)
 
-    def _tree(self, scene: CompleteScene, size: Size) -> Tree:
-        """Return the blocks of a scene; those of the last one if that had the same volume, medium and number."""
-        key = (id(scene.volume), id(scene.medium), self._count or self._workers.count)
+    def _tree(self, scene: CompleteScene, size: Size, level: int) -> Tree:
+        """Return the blocks of a scene; those of the last one if that had the same volume, medium, number and level."""
+        count = self._count or self._workers.count
+        key = (id(scene.volume), id(scene.medium), count, level)
         if self._cut is None or self._cut[0] != key:
-            self._cut = key, blocks_of(scene, size, key[2])
+            self._cut = key, blocks_of(scene, size, count, level)
         return self._cut[1]
 
 

@@ -10,6 +10,7 @@ from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 from texvol.slicing.cells import Cells, Shown
+from texvol.textures.distribution import Spread
 
 
 class EmptySpace:
@@ -31,16 +32,20 @@ class EmptySpace:
         reach: int = 0,
         mask: Mask | None = None,
         steps: tuple[float, float] | None = None,
-        part_of: Volume | None = None,
+        of_samples: float | None = None,
+        spread: Spread | None = None,
     ) -> None:
         """Find out what of a volume is empty; what is known already is kept.
 
         `reach` is how many samples to each side the gradient depends on that decides what shows; 0 where none does.
-        `steps` are those to which the texture rounds values. The volume may be `part_of` a larger one.
+        `steps` are those to which the texture rounds values. The volume may be a part of one `of_samples` samples, and
+        its own may be `spread`.
         """
         if self._volume is not volume:
             self.release()
-            self._cells, self._volume = Cells.of(volume, part_of), volume
+            self._cells, self._volume = Cells.of(volume, of_samples), volume
+            if spread is not None:
+                self._cells = self._cells.widened(spread.rows, spread.function.reach)
         if self._shown == (shown, reach, mask, steps):
             return
         assert self._cells is not None

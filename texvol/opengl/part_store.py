@@ -21,6 +21,7 @@ from texvol.opengl.texture_store import (
     BakedTexture,
     Stopwatch,
     bytes_of_sample,
+    new_table,
     new_textures,
     same,
     write_texels,
@@ -29,9 +30,10 @@ from texvol.scene.scene import Classification
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
 from texvol.textures.slab_texture import SlabTexture
+from texvol.textures.spread_texture import SpreadTexture
 from texvol.textures.value_texture import ValueTexture
 
-_AT_FIRST = 256 << 20  # bytes of the textures that follow each other where there is no room for all
+_AT_FIRST = 64 << 20  # bytes of the textures that follow each other where there is no room for all
 
 
 @dataclass
@@ -81,7 +83,9 @@ class PartStore:
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
         self._gl, self._budget, self._watch = context.gl, budget, watch
+        self._tables = _Tables(context.gl)
         self._parts: dict[tuple[Triple, int], Part] = {}  # by position and level, the last one used last
+        self._drawn: set[tuple[Triple, int]] = set()
         self.uploads = 0
 
     def known(self, brick: Brick, texels: tuple[Any, ...], classification: Classification) -> Part | None:
@@ -90,9 +94,11 @@ class PartStore:
         if part is None or part.brick != brick or not same(part.texels, texels):
             return None
         self._parts[brick.position, brick.level] = self._parts.pop((brick.position, brick.level))
-        if isinstance(part.baked, ValueTexture) and part.baked.classification != classification:
-            part.baked = replace(part.baked, classification=classification)
-            self._make_tables(part)
+        if isinstance(part.baked, ValueTexture):
+            baked = part.baked.classified(classification)
+            if baked is not part.baked:
+                part.baked = baked
+                self._make_tables(part)
         return part
 
     def added(
@@ -150,7 +156,10 @@ class PartStore:
     def _fill(self, part: Part, everything: bool) -> None:
         baked, size = part.baked, part.brick.texture_size
         part.bytes = math.prod(size) * bytes_of_sample(baked)
-        room = self._budget if everything else min(self._budget, _AT_FIRST)
+        key = part.brick.position, part.brick.level
+        is_again = everything and key in self._drawn
+        room = self._budget if is_again else min(self._budget, _AT_FIRST)
+        self._drawn.add(key)
         wanted = {name: (size, *kind) for name, kind in baked.formats.items()}
         while self._parts and self.bytes + part.bytes > room:
             oldest = next(iter(self._parts))
@@ -167,22 +176,41 @@ class PartStore:
         self._make_tables(part)
 
     def _make_tables(self, part: Part) -> None:
-        for table in part.tables.values():
-            table.release()
-        part.tables = {}
-        for name, numbers in part.baked.tables.items() if part.textures else ():
-            rows, columns, components = numbers.shape
-            table = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
-            table.filter = moderngl.NEAREST, moderngl.NEAREST
-            part.tables[name] = table
+        self._tables.release(part.tables)
+        part.tables = self._tables.of(part.baked) if part.textures else {}
 
     def _release(self, part: Part) -> None:
         for texture in part.textures.values():
             texture.release()
-        for table in part.tables.values():
-            table.release()
+        self._tables.release(part.tables)
         if part.empty_space is not None:
             part.empty_space.release()
+
+
+class _Tables:
+    """Tables on the device; parts of the same one share it."""
+
+    def __init__(self, gl: moderngl.Context) -> None:
+        self._gl = gl
+        self._kept: dict[int, tuple[NDArray, moderngl.Texture, int]] = {}  # numbers, texture and users, by the numbers
+
+    def of(self, baked: BakedTexture) -> dict[str, moderngl.Texture]:
+        """Return the tables of a baked texture by the names of their samplers."""
+        tables = {}
+        for name, numbers in baked.tables.items():
+            _, table, users = self._kept.get(id(numbers)) or (numbers, new_table(self._gl, name, numbers), 0)
+            self._kept[id(numbers)] = numbers, table, users + 1
+            tables[name] = table
+        return tables
+
+    def release(self, tables: dict[str, moderngl.Texture]) -> None:
+        """Release those that no part uses any more."""
+        for key, (numbers, table, users) in list(self._kept.items()):
+            if any(table is each for each in tables.values()):
+                self._kept[key] = numbers, table, users - 1
+                if users == 1:
+                    del self._kept[key]
+                    table.release()
 
 
 def _shown(empty_space: EmptySpace, brick: Brick) -> NDArray[np.float64] | None:
@@ -203,6 +231,8 @@ def _without_samples(baked: BakedTexture) -> BakedTexture:
     empty.values = np.broadcast_to(np.zeros((), volume.dtype), volume.shape)
     if isinstance(baked, SlabTexture):
         return replace(baked, volume=empty, samples=None)
+    if isinstance(baked, SpreadTexture):
+        return replace(baked, volume=empty, spread=baked.spread.without_samples)
     return replace(baked, volume=empty)
 
 

@@ -26,6 +26,7 @@ from texvol.opengl.contexts import Context
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, layered_size, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
+from texvol.textures.spread_texture import SMOOTHED
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.errors import InputError
 from texvol.util.memory import free_memory
@@ -121,11 +122,7 @@ class TextureStore:
         self._layout, self.bricks, self._baked, self._texels = layout, bricks, baked, texels
         if self._tables_of is not baked:
             self._release_tables()
-            for name, numbers in baked.tables.items():
-                rows, columns, components = numbers.shape
-                table = self._gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
-                table.filter = moderngl.NEAREST, moderngl.NEAREST
-                self._tables[name] = table
+            self._tables = {name: new_table(self._gl, name, numbers) for name, numbers in baked.tables.items()}
             self._tables_of = baked
 
     def resources(self, brick: Brick) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
@@ -235,6 +232,16 @@ def _new_texture(
     texture.repeat_x = texture.repeat_y = texture.repeat_z = False
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
     return texture
+
+
+def new_table(gl: moderngl.Context, name: str, numbers: NDArray[np.float32]) -> moderngl.Texture:
+    """Return a two-dimensional texture of numbers, shape (rows, columns, 4), for a sampler of some name."""
+    rows, columns, components = numbers.shape
+    table = gl.texture((columns, rows), components, np.ascontiguousarray(numbers), dtype="f4")
+    table.repeat_x = table.repeat_y = False
+    kind = moderngl.LINEAR if name == SMOOTHED else moderngl.NEAREST
+    table.filter = kind, kind
+    return table
 
 
 def write_texels(

@@ -34,7 +34,7 @@ from texvol.textures.value_texture import ValueTexture
 
 # Switches that are 0 where nothing asks for them.
 NOTHING_SPECIAL = dict.fromkeys(
-    ("RAMPS", "WHOLE_SLABS", "SHALLOW", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
+    ("RAMPS", "SPREAD", "WHOLE_SLABS", "SHALLOW", "EMISSIVE", "MISSING", "GRADIENT", "WEIGHTS")
     + ("MODULATIONS", "GRADED", "CONTOURS"),
     0,
 )

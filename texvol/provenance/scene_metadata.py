@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.depth_picture import DepthPicture
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Lines, Mesh
@@ -108,6 +109,7 @@ def kind_of(volume: Volume) -> str:
 def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dict[str, Any]:
     """Return name, source and position of a volume, and its mask."""
     drawn_mask = None
+    in_store = isinstance(volume, LargeVolume)  # of which all samples would have to be read
     if mask is not None:
         drawn_mask = {"name": mask.name, "source": dict(mask.source)}
         drawn_mask |= {"checksum": checksum_of(mask)} if checksum else {}
@@ -120,7 +122,7 @@ def _volume(name: str, volume: Volume, mask: Mask | None, checksum: bool) -> dic
         direction=volume.direction,
         type=volume.dtype.name,
         kind=kind_of(volume) or None,
-        checksum=checksum_of(volume) if checksum else None,
+        checksum=checksum_of(volume) if checksum and not in_store else None,
         mask=drawn_mask,
     )
 

@@ -9,7 +9,8 @@ All around it were less by half: a ray that has passed a medium would take it fo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -45,17 +46,22 @@ class Cells:
     per_box: tuple[float, float, float]  # cells in the box, with the fraction of the last ones that lies inside
 
     @classmethod
-    def of(cls, volume: Volume, part_of: Volume | None = None) -> Cells:
+    def of(cls, volume: Volume, of_samples: float | None = None) -> Cells:
         """The cells of a volume: two passes over its values.
 
-        Those of a part are as large as those of the whole volume, `part_of`.
+        Those of a part are as large as those of the whole volume, which has so many samples.
         """
-        cell = max(CELL, int(np.ceil(((part_of or volume).size / _MOST_CELLS) ** (1 / 3))))
+        cell = max(CELL, int(np.ceil(((of_samples or volume.size) / _MOST_CELLS) ** (1 / 3))))
         nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
         size = (nx, ny, nz)
         lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)
         x, y, z = (count / each for count, each in zip(volume.dimensions, size, strict=True))
         return cls(lowest, highest, size, (x, y, z))
+
+    def widened(self, spread: NDArray, reach: Callable[[NDArray], NDArray[np.float64]]) -> Cells:
+        """Return the cells if samples stand for values around their own: `reach` says how far, for their `spread`."""
+        most = reach(_reduced(spread, self.size, np.maximum))
+        return replace(self, lowest=self.lowest - most, highest=self.highest + most)
 
     def visible(
         self,
@@ -115,15 +121,13 @@ class Cells:
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
     """Least or largest value of each cell and the samples beside it, shape (cz, cy, cx); a layer of cells at a time."""
     nx, ny, nz = size
-    layers = []
-    for z in range(0, len(values), nz):
-        layer = reduce.reduce(values[max(z - 1, 0) : z + nz + 1], axis=0)
-        layers.append(_along_rows(_along_rows(layer, ny, reduce).T, nx, reduce).T)
-    return np.stack(layers)
+    layers = [reduce.reduce(values[max(z - 1, 0) : z + nz + 1], axis=0) for z in range(0, len(values), nz)]
+    rows = _along_rows(np.stack(layers).transpose(1, 0, 2), ny, reduce)
+    return _along_rows(rows.transpose(2, 1, 0), nx, reduce).transpose(1, 2, 0)
 
 
 def _along_rows(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
-    """Rows (n, m) reduced over each `count` neighbours, the last of fewer, and the rows before and after them."""
+    """Rows (n, …) reduced over each `count` neighbours, the last of fewer, and the rows before and after them."""
     values = np.ascontiguousarray(values)
     starts = np.arange(0, len(values), count)
     inner = reduce.reduceat(values, starts, axis=0)

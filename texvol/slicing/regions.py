@@ -42,8 +42,23 @@ class Region:
         return np.array([self.first, self.last]) / np.array(dimensions)
 
 
+def regions_of_level(volume: LargeVolume, number: int) -> list[Region]:
+    """Return the regions that a volume is drawn in if no part of it is drawn from a finer level."""
+    steps = [max(round(each), 1) for each in volume.levels[number].factor]
+    nx, ny, nz = (-(-count // step) for count, step in zip(volume.dimensions, steps, strict=True))
+    ends = [(each.position, each.first, each.last) for each in regions_of((nx, ny, nz), most_samples_of(volume))]
+    return [
+        Region(
+            position,
+            _triple(np.multiply(first, steps)),
+            _triple(np.minimum(np.multiply(last, steps), volume.dimensions)),
+        )
+        for position, first, last in ends
+    ]
+
+
 def regions_of(dimensions: Triple, most_samples: float) -> list[Region]:
-    """Return the regions of a volume of some dimensions, at most so many samples each if their sides allow."""
+    """Return boxes of the samples of some dimensions, at most so many samples each if their sides allow."""
     side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
     while _count(dimensions, side) < _FEW and max(side) > _SMALL:
         side = [min(n, max(side) // 2) for n in side]

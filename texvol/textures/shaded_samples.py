@@ -10,7 +10,6 @@ values have no more; positions are float64.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,6 @@ from texvol.scene.lighting import MOST, Light, Lighting, depends_on_eye, positio
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import Classified
 from texvol.scene.volume import Volume
-from texvol.textures.distribution import Smoothed
 from texvol.textures.visible_values import visible
 
 Numbers = NDArray[np.floating[Any]]
@@ -31,51 +29,28 @@ LightTransmittance = NDArray[np.float32]  # at nodes (z, y, x), of each light th
 _SQUARE = 1e-6
 
 
-@dataclass(frozen=True)
-class Spread:
-    """Samples that stand for normally distributed values: see `texvol.textures.distribution`."""
-
-    function: Smoothed
-    deviations: NDArray[np.float64]  # of all samples, shape (nz, ny, nx)
-
-    def shows(self, values: NDArray, box: Box) -> NDArray[np.bool_]:
-        """Return which samples of a box may show anything, of the box's shape."""
-        medium = self.function.classify(values.reshape(-1), self.deviations[box].reshape(-1))
-        return ((medium.extinction > 0) | (medium.emission > 0).any(axis=1)).reshape(values.shape)
-
-    def classify(self, values: NDArray, box: Box, shows: NDArray[np.intp]) -> Classified:
-        """Return the mean medium of some samples of a box."""
-        return self.function.classify(values, self.deviations[box].reshape(-1)[shows])
-
-
 def medium_of_samples(
-    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box, spread: Spread | None = None
+    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box
 ) -> tuple[NDArray[np.intp], Classified]:
     """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
-    colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`. Samples
-    that are `spread` stand for many values each, where the medium depends on the value alone.
+    colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
     """
     volume, transfer_function = scene.volume, scene.medium
     values = volume.values[box]
-    is_shown = visible(volume, transfer_function, values) if spread is None else spread.shows(values, box)
+    is_shown = visible(volume, transfer_function, values)
     if scene.mask is not None:
         is_shown &= ~scene.mask.hidden[box]
     shows = np.flatnonzero(is_shown)
     if not shows.size:
         return shows, Classified(np.zeros((0, 3)), np.zeros(0))
     if not (scene.lighting or transfer_function.needs_gradient):
-        shown = values.reshape(-1)[shows]
-        medium = transfer_function.classify(shown) if spread is None else spread.classify(shown, box, shows)
-        return shows, _there(scene, medium, box, shows)
+        return shows, _there(scene, transfer_function.classify(values.reshape(-1)[shows]), box, shows)
     slopes, index = _slopes_at(scene, box, is_shown)
     normals, magnitudes = _directions(slopes, volume.smallest_spacing)
     shown = values.reshape(-1)[shows]
-    if spread is None or transfer_function.needs_gradient:
-        medium = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
-    else:
-        medium = spread.classify(shown, box, shows)
+    medium = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)
     medium = _there(scene, medium, box, shows)
     lighting = scene.lighting
     if lighting is None:

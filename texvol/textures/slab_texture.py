@@ -164,15 +164,13 @@ def bake(
     lighting: Lighting | None = None,
     hidden: NDArray[np.bool_] | None = None,
     whole_slabs: bool = False,
-    most: Classified | None = None,
 ) -> SlabTexture:
     """The 3D texture of a volume; `slab_thickness` is in world units. Its texels are made when they are asked for.
 
     The slab that texels of `slab` stand for is a thinner one in a dense medium, of optical depth 2 at most: of
     opacities nearer to 1 float32 would have no digits left to tell how much of a slab that the box cuts short is to
     be seen; with `whole_slabs` it is all of the slab. Where values alone don't tell what is at a sample, `samples`
-    does, in that light; what is `hidden` is not there. `most` is the most medium of any sample, where values and
-    transfer function don't tell.
+    does, in that light; what is `hidden` is not there.
     """
     length_unit = volume.smallest_spacing
     if classification == "slab" and whole_slabs:
@@ -185,7 +183,7 @@ def bake(
     of_medium = _medium_encoder(transfer_function, classification, length_unit, opaque)
     largest = classifier(_positions(volume, transfer_function)).max(axis=0)
     if samples is not None:
-        emission, extinction = most or _most_medium(volume, transfer_function)
+        emission, extinction = _most_medium(volume, transfer_function)
         texels = of_medium(emission, extinction)
         if classification == "slab":
             # Not all of it has to be there, and what glows is brighter without what absorbs.

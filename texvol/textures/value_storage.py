@@ -157,7 +157,9 @@ def stored_values(values: NDArray, storage: Storage) -> NDArray:
         if values.dtype.itemsize > 2:
             return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)
         if values.dtype == np.uint8:
-            return values.astype(np.uint16) * np.uint16(257)
+            wide = values.astype(np.uint16)
+            wide *= np.uint16(257)
+            return wide
         if values.dtype == np.int8:
             return (values.astype(np.int16) + 128).astype(np.uint16) * np.uint16(257)
         return values if values.dtype == np.uint16 else values.view(np.uint16) ^ np.uint16(0x8000)

@@ -160,14 +160,19 @@ class ValueTexture:
             length["missing_from"] = self.missing_from
         if self.estimator is not None:
             length |= graded_uniforms(self.transfer_function, self.storage, self.length_unit, self.largest_gradient)
+        return length | self._function_uniforms
+
+    def classified(self, classification: Classification) -> ValueTexture:
+        """Return the same texels for another classification."""
+        return self if self.classification == classification else replace(self, classification=classification)
+
+    @property
+    def _function_uniforms(self) -> dict[str, Any]:
+        """Uniforms of the transfer function."""
         if self._ramps:
-            return length | self._ramps
+            return self._ramps
         low, high = self._grid_range
-        return length | {
-            "grid_low": low,
-            "grid_per_value": self._cells / (high - low),
-            "grid_cells": self._cells,
-        }
+        return {"grid_low": low, "grid_per_value": self._cells / (high - low), "grid_cells": self._cells}
 
     @property
     def gradient_switch(self) -> int:

@@ -21,7 +21,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.slicing import bricks
 from texvol.slicing.coverage import pixels_of
-from texvol.slicing.regions import Region, brick_of, regions_of
+from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
 
 Numbers = NDArray[np.float64]
 _OPAQUE = 1e-12  # transmittance that shows in no digit of the oracle
@@ -80,7 +80,7 @@ def raycast_pixels(
     margin = np.full(3, 1.0 + reach)
     shown = [
         region
-        for region in regions_of(volume.dimensions, _REGION)
+        for region in regions_of(volume.dimensions, min(_REGION, most_samples_of(volume)))
         if region_shows(complete, size, volume, region, margin, np.zeros(3))
     ]
     at = {region.position: region for region in shown}

@@ -36,10 +36,11 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
-from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
-from texvol.textures import slab_texture, texel_format
-from texvol.textures.distribution import Smoothed, deviations
-from texvol.textures.shaded_samples import Spread, medium_of_samples, seen_from
+from texvol.slicing.regions import Region, brick_of, regions_of_level
+from texvol.textures import texel_format
+from texvol.textures.distribution import Smoothed, spread_of
+from texvol.textures.shaded_samples import seen_from
+from texvol.textures.spread_texture import bake_spread
 from texvol.textures.value_storage import HOPELESS, ULP, features_of_medium, storage_of
 from texvol.textures.value_texture import REFERENCE, ValueTexture
 from texvol.util.statistics import median
@@ -140,7 +141,7 @@ class StreamedPictures:
         self._formats, self.lost_digits = set(), 0.0
         compositor = self.compositor
         compositor.begin(drawing, settings.target_format)
-        regions = self.regions(volume)
+        regions = regions_of_level(volume, settings.level)
         order, self.drawn = picture.in_order(regions)
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
@@ -184,10 +185,6 @@ class StreamedPictures:
         self._formats.add(part.baked.texel_format)
         if isinstance(part.baked, ValueTexture):
             self.lost_digits = max(self.lost_digits, part.baked.storage.condition * ULP)
-
-    def regions(self, volume: LargeVolume) -> list[Region]:
-        """Return the regions that a volume is drawn in."""
-        return regions_of(volume.dimensions, most_samples_of(volume))
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -297,37 +294,33 @@ class _Picture(RegionsOfPicture):
         scene = self.scene
         light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
-        kind = "values" if self._is_exact and not level else scene.classification
+        if level and self._has_distributions:
+            kind = "distributions"
+        else:
+            kind = "values" if self._is_exact else scene.classification
         return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level}", *light)
 
     def baked(self, volume: Volume, brick: Brick) -> tuple[BakedTexture, Any]:
         """Return the texture of a part, and what prepares its empty space."""
-        scene = replace(self.scene, volume=volume)
-        if brick.level and not volume.nearest:
-            return self._of_distributions(scene, brick), None
-        baked = bake(scene, self.settings.slab_thickness, self.texel_format)
+        scene, spread = replace(self.scene, volume=volume), None
+        if brick.level and self._has_distributions:
+            spread = spread_of(self.volume, volume, brick, self.smoothed)
+            estimator = scene.gradient if scene.needs_gradient else None
+            baked: BakedTexture = bake_spread(volume, scene.medium, spread, estimator)
+        else:
+            baked = bake(scene, self.settings.slab_thickness, self.texel_format)
+        of_samples = float(np.prod(self.volume.levels[brick.level].source.shape, dtype=float))
 
         def find_empty(empty_space: EmptySpace) -> None:
             steps = baked.steps if isinstance(baked, ValueTexture) else None
-            empty_space.prepare(volume, *shown_of(scene), None, steps, part_of=self.volume)
+            empty_space.prepare(volume, *shown_of(scene), None, steps, of_samples, spread)
 
         return baked, find_empty if self.settings.skips(scene) else None
 
-    def _of_distributions(self, scene: CompleteScene, brick: Brick) -> BakedTexture:
-        """Return the texture of a part of a coarse level."""
-        spread = None
-        if not scene.medium.needs_gradient:
-            spread = Spread(self.smoothed, deviations(self.volume, scene.volume, brick))
-        return slab_texture.bake(
-            scene.volume,
-            scene.medium,
-            "extinction",
-            self.settings.slab_thickness,
-            "rgba32f",
-            partial(medium_of_samples, scene, None, spread=spread),
-            scene.lighting,
-            most=None if scene.medium.needs_gradient else self.smoothed.largest,
-        )
+    @property
+    def _has_distributions(self) -> bool:
+        """True if samples of coarse levels stand for distributions of values: labels do not, nor do gradients."""
+        return not (self.volume.nearest or self.scene.medium.needs_gradient)
 
     @cached_property
     def smoothed(self) -> Smoothed:

@@ -16,7 +16,7 @@ from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.rendering.streaming.visibility import needed_chunks
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.regions import most_samples_of, regions_of
+from texvol.slicing.regions import regions_of_level
 from texvol.slicing.slabs import slab_stacks
 from texvol.util.errors import InputError
 
@@ -89,7 +89,7 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
     volume = scene.volume
     assert isinstance(volume, LargeVolume)
     picture = RegionsOfPicture(scene, size, settings, volume)
-    regions = regions_of(volume.dimensions, most_samples_of(volume))
+    regions = regions_of_level(volume, settings.level)
     order, drawn = picture.in_order(regions)
     levels = [picture.level(region, lambda: 1.0) for region in order]
     numbered = list(enumerate(volume.levels))

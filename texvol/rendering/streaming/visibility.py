@@ -139,16 +139,18 @@ def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond:
     own = volume.levels[level]
     chunk = np.array(own.source.chunk_shape)
     count = -(-np.array(own.source.shape) // chunk)
-    factor, first = np.array(own.factor)[::-1], np.array(own.first)[::-1]
-    needed = np.zeros(count, np.bool_)
-    fine = np.array(statistics.chunk_shape)
-    positions = np.argwhere(shows)
-    low = (positions * fine - beyond[::-1] - 0.5 - first) / factor + 0.5
-    high = ((positions + 1) * fine + beyond[::-1] - 0.5 - first) / factor + 0.5
-    starts = np.clip(np.floor((low + 1e-6) / chunk), 0, count - 1).astype(int)
-    stops = np.clip(np.ceil((high - 1e-6) / chunk), 1, count).astype(int)
-    for start, stop in zip(starts, stops, strict=True):
-        needed[tuple(slice(a, b) for a, b in zip(start, stop, strict=True))] = True
+    needed = shows
+    for axis, fine in enumerate(statistics.chunk_shape):
+        of_xyz = 2 - axis
+        factor, first = own.factor[of_xyz], own.first[of_xyz]
+        ends = np.arange(shows.shape[axis] + 1) * fine - 0.5 - first
+        low = (ends[:-1] - beyond[of_xyz]) / factor + 0.5
+        high = (ends[1:] + beyond[of_xyz]) / factor + 0.5
+        starts = np.clip(np.floor((low + 1e-6) / chunk[axis]), 0, count[axis] - 1)
+        stops = np.clip(np.ceil((high - 1e-6) / chunk[axis]), 1, count[axis])
+        own_chunks = np.arange(count[axis])[:, np.newaxis]
+        takes = (starts <= own_chunks) & (own_chunks < stops)  # which chunks of level 0 each of its own needs
+        needed = np.moveaxis(np.tensordot(takes.astype(np.float32), needed.astype(np.float32), (1, axis)) > 0, 0, axis)
     return needed
 
 

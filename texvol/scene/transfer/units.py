@@ -72,7 +72,11 @@ class Units:
 
 
 def typical_samples(volume: Volume) -> NDArray[np.float64]:
-    """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite."""
+    """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite.
+
+    Of a volume in a store they are those of a coarse level: all of its samples need not fit in memory.
+    """
+    volume = volume.overview
     flat = volume.values.reshape(-1)
     stride = -(-flat.size // _STATISTICS_SAMPLES)
     # A stride that shares no factor with the row length visits every column, not a few over and over.

@@ -1,0 +1,59 @@
+"""Commands on a store that is larger than the memory they may use: no step of them needs all samples."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.stores import field
+
+import texvol
+from texvol.__main__ import main
+from texvol.formats.pictures import image
+from texvol.formats.stores.writing.convert import Layout, convert
+from texvol.scene.transfer import units
+from texvol.scene.volume import Volume
+
+MEMORY = "--memory", "3MB"  # of 7 MB
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """A pyramid of 150³ samples of 16 bits."""
+    folder = tmp_path_factory.mktemp("large") / "field.ome.zarr"
+    volume = Volume(field(152), name="field")
+    assert volume.values.nbytes > 6e6
+    convert(volume, folder, layout=Layout((16,) * 3, (64,) * 3))
+    return str(folder)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (),
+        ("--tf", "fog"),
+        ("--tf", "contours", "--light", "head"),
+        ("--tf", "histogram", "--max-error", "0.1"),
+        ("--tf", "viridis", "--depth-cue", "0.5", "--check", "2"),
+        ("--tf", "grey", "--projection", "perspective", "--annotate", "axes,legend"),
+    ],
+)
+def test_pictures_by_presets(store: str, tmp_path: Path, words: tuple[str, ...]) -> None:
+    for name in ("picture.png", "picture.exr"):
+        line = ["render", store, *MEMORY, "--size", "24x24", *words, "-o", str(tmp_path / name)]
+        assert main(line) == 0
+    assert image.read(tmp_path / "picture.exr")[..., :3].max() > 0
+
+
+def test_the_oracle_writes_its_picture(store: str, tmp_path: Path) -> None:
+    line = ["raycast", store, *MEMORY, "--size", "4x4", "--tf", "fog", "-o", str(tmp_path / "exact.exr")]
+    assert main(line) == 0
+    assert np.isfinite(image.read(tmp_path / "exact.exr")).all()
+
+
+def test_typical_samples_are_those_of_a_coarse_level(store: str) -> None:
+    volume = texvol.load(store, memory=3 * 10**6)
+    assert volume.levels[0].bytes > volume.memory  # type: ignore[attr-defined]
+    found, fine = units.typical_samples(volume), units.typical_samples(Volume(field(152)))
+    assert np.abs(np.percentile(found, [5, 50, 95]) - np.percentile(fine, [5, 50, 95])).max() < 5
