@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import product
@@ -27,6 +28,8 @@ from texvol.util.errors import InputError, NoRoomError, missing_extra
 from texvol.util.memory import free_memory
 
 _SMALLEST = 64  # samples along an axis: a level of no more is the last
+_PARTS = ".texvol-parts"  # folder of the statistics of each shard, until they are gathered
+_GATHERED = 64  # numbers along an axis of a chunk of statistics: 2 MB, so that a distant store is asked for few files
 _WORK = 12.0  # times the bytes of a unit's samples that reducing it and its statistics take
 Read = Callable[[Box], NDArray]
 
@@ -127,6 +130,7 @@ class _Conversion:
             for count in self._write_level(number, journal):
                 done += count
                 tell(done / total)
+        shutil.rmtree(self._folder / _PARTS, ignore_errors=True)
         # Last of all: before it the folder is no image.
         attributes = multiscale(self._volume, self._factors, form)
         write_group(self._folder, form, attributes)
@@ -136,16 +140,15 @@ class _Conversion:
     def _write_level(self, number: int, journal: Journal) -> Iterator[int]:
         """Write the shards of a level that are not there yet; yield the number of samples of each."""
         shape, chunk = self._shapes[number], self._layout.chunk
-        place = self._folder / GROUP / f"{number}"
-        own = {"texvol": {"version": VERSION, "chunk_shape": list(chunk)}}
-        write_group(place, self._layout.zarr_format, own)
         counts = tuple(-(-n // c) for n, c in zip(shape, chunk, strict=True))
+        parts = self._folder / _PARTS / f"{number}"
         per_shard = tuple(s // c for s, c in zip(self._shard, chunk, strict=True))
         array = self._opened(self._folder / f"{number}", shape, self._dtype, chunk, self._shard)
-        tables = [self._opened(place / name, counts, np.dtype(np.float64), per_shard, None) for name in ARRAYS]
+        tables = [self._opened(parts / name, counts, np.dtype(np.float64), per_shard, None) for name in ARRAYS]
         read = self._reader(number)
         grid = [range(0, n, s) for n, s in zip(shape, self._shard, strict=True)]
-        for shard, start in enumerate(product(*grid)):
+        shards = list(product(*grid))
+        for shard, start in enumerate(shards):
             stop = [min(a + s, n) for a, s, n in zip(start, self._shard, shape, strict=True)]
             box = tuple(slice(a, b) for a, b in zip(start, stop, strict=True))
             count = math.prod(b - a for a, b in zip(start, stop, strict=True))
@@ -157,6 +160,21 @@ class _Conversion:
                     table[where].write(numbers).result()
                 journal.note(number, shard)
             yield count
+        if not journal.is_done(number, len(shards)):
+            self._gather(number, counts, tables)
+            journal.note(number, len(shards))
+
+    def _gather(self, number: int, counts: tuple[int, ...], tables: list[Any]) -> None:
+        """Write the statistics of a level in few chunks: one for each shard is thousands of files of a large volume."""
+        place = self._folder / GROUP / f"{number}"
+        own = {"texvol": {"version": VERSION, "chunk_shape": list(self._layout.chunk)}}
+        write_group(place, self._layout.zarr_format, own)
+        chunk = tuple(min(count, _GATHERED) for count in counts)
+        for name, table in zip(ARRAYS, tables, strict=True):
+            gathered = self._opened(place / name, counts, np.dtype(np.float64), chunk, None)
+            for start in product(*(range(0, n, c) for n, c in zip(counts, chunk, strict=True))):
+                box = tuple(slice(a, min(a + c, n)) for a, c, n in zip(start, chunk, counts, strict=True))
+                gathered[box].write(table[box]).result()
 
     def _made(self, read: Read, box: Any, shape: Triple) -> tuple[NDArray, list[NDArray[np.float64]]]:
         """Return the samples of a shard, and the statistics of its chunks; chunk by chunk."""
@@ -209,7 +227,8 @@ class _Conversion:
         if (path := told.get("absolute")) and os.path.isfile(path):
             status = os.stat(path)
             stamp = [status.st_size, status.st_mtime]
-        form = [list(layout.chunk), list(self._shard), layout.zarr_format]
+        # The last number is that of the way in which an unfinished conversion lies in the folder.
+        form = [list(layout.chunk), list(self._shard), layout.zarr_format, 2]
         return {"source": told, "stamp": stamp, "shape": list(volume.shape), "dtype": self._dtype.name, "layout": form}
 
 
