@@ -52,6 +52,19 @@ def test_samples_pyramid_and_statistics(tmp_path: Path, dtype: str, zarr_format:
             assert_allclose(getattr(level.statistics, name), getattr(truth, name), rtol=1e-6, equal_nan=True)
 
 
+@pytest.mark.parametrize("zarr_format", [2, 3])
+def test_statistics_are_in_one_file_each(tmp_path: Path, zarr_format: int) -> None:
+    """One for each shard makes thousands, which a distant store is asked for one by one."""
+    convert(Volume(field("u1")), tmp_path / "v.zarr", layout=Layout(SMALL.chunk, SMALL.shard, zarr_format))
+    shards = [each for each in (tmp_path / "v.zarr" / "0").rglob("*") if each.is_file() and "." not in each.name]
+    assert len(shards) > 1, "too few shards to tell"
+    metadata = {"zarr.json", ".zarray", ".zattrs", ".zgroup"}
+    for folder in (tmp_path / "v.zarr" / "texvol-statistics" / "0").iterdir():
+        if folder.is_dir():
+            assert len([each for each in folder.rglob("*") if each.is_file() and each.name not in metadata]) == 1
+    assert not (tmp_path / "v.zarr" / ".texvol-parts").exists()
+
+
 def halved_exactly(values: np.ndarray) -> np.ndarray:
     """Means of the samples that are there: at an odd end that is those of one layer, as with the layer twice."""
     return halved(values)

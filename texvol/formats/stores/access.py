@@ -47,10 +47,21 @@ class Store:
         FileFault
             If it cannot be read, or is not a JSON object.
         """
-        if key not in self._json:
-            found = waited(self._kvstore.read(key))
-            self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
+        self.look_up([key])
         return self._json[key]
+
+    def look_up(self, keys: Sequence[str]) -> None:
+        """Read JSON files at once, for `json`: of a distant store one after the other takes seconds.
+
+        Raises
+        ------
+        FileFault
+            As by `json`.
+        """
+        coming = [(key, self._kvstore.read(key)) for key in keys if key not in self._json]
+        for key, each in coming:
+            found = waited(each)
+            self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
 
     def attributes(self, group: str) -> dict[str, Any] | None:
         """Return the attributes of a group or an array; None if there is neither."""
@@ -96,6 +107,7 @@ class Store:
         """
         import tensorstore
 
+        self.look_up([joined(key, "zarr.json") for key in keys])
         opened = []
         for key in keys:
             version = self.version(key)

@@ -6,6 +6,9 @@ the arrays of `ChunkStatistics`, float64, with a number for each chunk along eve
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,15 +22,34 @@ VERSION = 1
 ARRAYS = ("minimum", "maximum", "variance", "lowest_around", "highest_around")
 
 
-def statistics_of(store: Store, group: str, key: str, layout: Layout) -> ChunkStatistics | None:
-    """Return the statistics of the array `key` of an image's group, or None if the store has none.
+def statistics_of(
+    store: Store, group: str, keys: Sequence[str], layouts: Sequence[Layout]
+) -> list[ChunkStatistics | None]:
+    """Return the statistics of arrays of an image's group, None of each that the store has none of.
+
+    All are asked for at once, so that a distant store is waited for once and not for each.
 
     Raises
     ------
     FileFault
         If they are of another version, or do not fit the array.
     """
-    place = joined(joined(group, GROUP), key.removeprefix(f"{group}/"))
+    places = [joined(joined(group, GROUP), key.removeprefix(f"{group}/")) for key in keys]
+    store.look_up([joined(place, "zarr.json") for place in places])
+    chunks = [_chunk_shape(store, place, layout) for place, layout in zip(places, layouts, strict=True)]
+    known = [each for each in zip(places, layouts, chunks, strict=True) if each[2] is not None]
+    opened = iter(store.open_arrays([joined(place, name) for place, _, _ in known for name in ARRAYS]))
+    coming = {place: _asked(opened, place, layout, chunk) for place, layout, chunk in known if chunk is not None}
+    return [
+        None
+        if chunk is None
+        else ChunkStatistics(layout.spatial(chunk), *(_finished(each, layout, place) for each in coming[place]))
+        for place, layout, chunk in zip(places, layouts, chunks, strict=True)
+    ]
+
+
+def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
+    """Return the samples of a chunk along each axis of an array, or None if it has no statistics."""
     attributes = store.attributes(place)
     if attributes is None:
         return None
@@ -38,17 +60,22 @@ def statistics_of(store: Store, group: str, key: str, layout: Layout) -> ChunkSt
     chunk = told.get("chunk_shape")
     if not isinstance(chunk, list) or len(chunk) != len(layout.sizes) or not all(_is_count(each) for each in chunk):
         raise FileFault(f"its {place} must have a chunk_shape of {len(layout.sizes)} numbers, got {chunk!r}")
+    return chunk
+
+
+def _asked(opened: Iterator[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
+    """Begin to read the next of the opened arrays, one for each of `ARRAYS`."""
     counts = tuple(-(-size // each) for size, each in zip(layout.sizes, chunk, strict=True))
     chosen = tuple(slice(None) if at is None else at // each for at, each in zip(layout.index, chunk, strict=True))
-    opened = store.open_arrays([joined(place, each) for each in ARRAYS])
-    for name, each in zip(ARRAYS, opened, strict=True):
+    coming = []
+    for name in ARRAYS:
+        each = next(opened)
         if tuple(each.shape) != counts:
             raise FileFault(f"its {place}/{name} must have shape {counts}, one number for each chunk, got {each.shape}")
         if each.dtype.name != "float64":
             raise FileFault(f"its {place}/{name} must be float64, got {each.dtype.name}")
-    futures = [each[chosen].read(order="C") for each in opened]
-    parts = [_finished(each, layout, place) for each in futures]
-    return ChunkStatistics(layout.spatial(chunk), *parts)
+        coming.append(each[chosen].read(order="C"))
+    return coming
 
 
 def _finished(future: object, layout: Layout, place: str) -> NDArray[np.float64]:

@@ -68,8 +68,9 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     reading = _reading(store, choice)
     sources = [TensorSource.of(each, layout, f"level {number}", reading, store.check_alive)
                for number, (each, layout) in enumerate(zip(opened, layouts, strict=True))]  # fmt: skip
-    statistics = [None if choice.missing else statistics_of(store, image.group, dataset.key, layout)
-                  for dataset, layout in zip(image.datasets, layouts, strict=True)]  # fmt: skip
+    # Where values are declared missing they are of other samples.
+    keys = [] if choice.missing else [each.key for each in image.datasets]
+    statistics = statistics_of(store, image.group, keys, layouts[: len(keys)]) or [None] * len(layouts)
     unit, factors, notes = units.common_length([_unit(image, layouts[0], axis) for axis in range(3)])
     scales = [_spatial(each.scale, layouts[0], factors, 1.0) for each in image.datasets]
     if not image.placed:
