@@ -20,7 +20,7 @@ MEMORY = "--memory", "3MB"  # of 7 MB
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A pyramid of 150³ samples of 16 bits."""
+    """A pyramid of 152³ samples of 16 bits."""
     folder = tmp_path_factory.mktemp("large") / "field.ome.zarr"
     volume = Volume(field(152), name="field")
     assert volume.values.nbytes > 6e6
@@ -55,5 +55,6 @@ def test_the_oracle_writes_its_picture(store: str, tmp_path: Path) -> None:
 def test_typical_samples_are_those_of_a_coarse_level(store: str) -> None:
     volume = texvol.load(store, memory=3 * 10**6)
     assert volume.levels[0].bytes > volume.memory  # type: ignore[attr-defined]
+    # Halved samples of a field that changes over tenths of its side: a fiftieth of its range of 240.
     found, fine = units.typical_samples(volume), units.typical_samples(Volume(field(152)))
     assert np.abs(np.percentile(found, [5, 50, 95]) - np.percentile(fine, [5, 50, 95])).max() < 5

@@ -129,6 +129,21 @@ def test_a_killed_conversion_goes_on(tmp_path: Path) -> None:
     assert main([*line, "--overwrite"]) == 0
 
 
+def test_statistics_survive_an_end_after_they_were_gathered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The parts that they were gathered from are gone then."""
+    store, volume = tmp_path / "v.zarr", Volume(field("u1"))
+
+    def interrupted(*arguments: Any) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patched, pytest.raises(KeyboardInterrupt):
+        patched.setattr("texvol.formats.stores.writing.convert.multiscale", interrupted)
+        convert(volume, store, layout=SMALL)
+    assert not (store / ".texvol-parts").exists()
+    convert(volume, store, layout=SMALL)
+    assert_allclose(load(store).levels[0].statistics.variance, statistics_of(volume.values, 8).variance, rtol=1e-6)
+
+
 def done_in(journal: Path) -> list[int]:
     """Shards of level 0 that are written."""
     return list(json.loads(journal.read_text())["done"].get("0", []))

@@ -51,7 +51,9 @@ class Store:
         return self._json[key]
 
     def look_up(self, keys: Sequence[str]) -> None:
-        """Read JSON files at once, for `json`: of a distant store one after the other takes seconds.
+        """Read several JSON files at the same time, and keep their contents for `json`.
+
+        A distant store takes a round trip for each file that is read alone.
 
         Raises
         ------

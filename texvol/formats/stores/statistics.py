@@ -25,9 +25,9 @@ ARRAYS = ("minimum", "maximum", "variance", "lowest_around", "highest_around")
 def statistics_of(
     store: Store, group: str, keys: Sequence[str], layouts: Sequence[Layout]
 ) -> list[ChunkStatistics | None]:
-    """Return the statistics of arrays of an image's group, None of each that the store has none of.
+    """Return the statistics of the arrays `keys` of an image's group; None for an array without statistics.
 
-    All are asked for at once, so that a distant store is waited for once and not for each.
+    All arrays are read at the same time: a distant store takes a round trip for each that is read alone.
 
     Raises
     ------
@@ -39,7 +39,7 @@ def statistics_of(
     chunks = [_chunk_shape(store, place, layout) for place, layout in zip(places, layouts, strict=True)]
     known = [each for each in zip(places, layouts, chunks, strict=True) if each[2] is not None]
     opened = iter(store.open_arrays([joined(place, name) for place, _, _ in known for name in ARRAYS]))
-    coming = {place: _asked(opened, place, layout, chunk) for place, layout, chunk in known if chunk is not None}
+    coming = {place: _started(opened, place, layout, chunk) for place, layout, chunk in known if chunk is not None}
     return [
         None
         if chunk is None
@@ -49,7 +49,7 @@ def statistics_of(
 
 
 def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
-    """Return the samples of a chunk along each axis of an array, or None if it has no statistics."""
+    """Return the chunk shape that the statistics in a group are of; None if there are no statistics."""
     attributes = store.attributes(place)
     if attributes is None:
         return None
@@ -63,8 +63,8 @@ def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
     return chunk
 
 
-def _asked(opened: Iterator[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
-    """Begin to read the next of the opened arrays, one for each of `ARRAYS`."""
+def _started(opened: Iterator[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
+    """Start to read the statistics of one level, from the next opened arrays; return their futures."""
     counts = tuple(-(-size // each) for size, each in zip(layout.sizes, chunk, strict=True))
     chosen = tuple(slice(None) if at is None else at // each for at, each in zip(layout.index, chunk, strict=True))
     coming = []

@@ -16,7 +16,7 @@ from texvol.formats.stores.sources import Layout, Reading
 from texvol.formats.stores.statistics import statistics_of
 from texvol.formats.stores.tensor_source import TensorSource
 from texvol.scene.channel import Channel
-from texvol.scene.large_volume import Level
+from texvol.scene.large_volume import ChunkStatistics, Level
 from texvol.util.locations import public
 
 
@@ -68,9 +68,10 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     reading = _reading(store, choice)
     sources = [TensorSource.of(each, layout, f"level {number}", reading, store.check_alive)
                for number, (each, layout) in enumerate(zip(opened, layouts, strict=True))]  # fmt: skip
-    # Where values are declared missing they are of other samples.
-    keys = [] if choice.missing else [each.key for each in image.datasets]
-    statistics = statistics_of(store, image.group, keys, layouts[: len(keys)]) or [None] * len(layouts)
+    if choice.missing:  # the statistics of the store count values that are missing now
+        statistics: list[ChunkStatistics | None] = [None] * len(layouts)
+    else:
+        statistics = statistics_of(store, image.group, [each.key for each in image.datasets], layouts)
     unit, factors, notes = units.common_length([_unit(image, layouts[0], axis) for axis in range(3)])
     scales = [_spatial(each.scale, layouts[0], factors, 1.0) for each in image.datasets]
     if not image.placed:

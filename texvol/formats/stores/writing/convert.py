@@ -160,12 +160,13 @@ class _Conversion:
                     table[where].write(numbers).result()
                 journal.note(number, shard)
             yield count
+        # The journal counts it as one more shard: afterwards the parts may be gone.
         if not journal.is_done(number, len(shards)):
             self._gather(number, counts, tables)
             journal.note(number, len(shards))
 
     def _gather(self, number: int, counts: tuple[int, ...], tables: list[Any]) -> None:
-        """Write the statistics of a level in few chunks: one for each shard is thousands of files of a large volume."""
+        """Copy the statistics of a level into few chunks: with one for each shard there would be thousands of files."""
         place = self._folder / GROUP / f"{number}"
         own = {"texvol": {"version": VERSION, "chunk_shape": list(self._layout.chunk)}}
         write_group(place, self._layout.zarr_format, own)
@@ -227,7 +228,7 @@ class _Conversion:
         if (path := told.get("absolute")) and os.path.isfile(path):
             status = os.stat(path)
             stamp = [status.st_size, status.st_mtime]
-        # The last number is that of the way in which an unfinished conversion lies in the folder.
+        # The last number is the version of an unfinished conversion's folder.
         form = [list(layout.chunk), list(self._shard), layout.zarr_format, 2]
         return {"source": told, "stamp": stamp, "shape": list(volume.shape), "dtype": self._dtype.name, "layout": form}
 
