@@ -62,7 +62,7 @@ def main(line: Sequence[str] | None = None) -> int:
     """Run one command and return its exit status."""
     try:
         line = sys.argv[1:] if line is None else line
-        remarks.taken()  # those of other callers in this process
+        remarks.begin()
         arguments = _parser().parse_args(options.with_negative_values(line), argparse.Namespace(line=line))
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):

@@ -82,7 +82,7 @@ class PartStore:
     """Parts on the device, at most `budget` bytes of texels; methods need the context to be current."""
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
-        self._gl, self._budget, self._watch = context.gl, budget, watch
+        self._context, self._gl, self._budget, self._watch = context, context.gl, budget, watch
         self._tables = _Tables(context.gl)
         self._parts: dict[tuple[Triple, int], Part] = {}  # by position and level, the last one used last
         self._drawn: set[tuple[Triple, int]] = set()
@@ -170,7 +170,7 @@ class PartStore:
                 part.textures, old.textures = old.textures, {}
             self._release(old)
         if not part.textures:
-            part.textures = new_textures(self._gl, baked, size)
+            part.textures = new_textures(self._context, baked, size)
         write_texels(part.textures, baked, part.brick, (0, 0, 0), self._watch)
         self.uploads += 1
         self._make_tables(part)

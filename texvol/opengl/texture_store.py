@@ -36,11 +36,12 @@ MODERNGL_TYPES = {
     "rgba16f": "f2",
     "rgba32f": "f4",
     "rgba16": "nu2",
+    "r8": "f1",
     "r16": "nu2",
     "r16f": "f2",
     "r32f": "f4",
 }
-_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r16": 2, "r16f": 2, "r32f": 4}
+_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r8": 1, "r16": 2, "r16f": 2, "r32f": 4}
 _SLICE_BYTES = 8 << 20
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
@@ -85,7 +86,7 @@ class TextureStore:
     """
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch | None = None) -> None:
-        self._gl = context.gl
+        self._context, self._gl = context, context.gl
         self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
@@ -186,7 +187,7 @@ class TextureStore:
             # few textures of many all follow each other, and drawing from the first one used is most likely finished.
             choose = max if room == self.budget else min
             return _Held(self._held.pop(choose(self._held, key=lambda position: self._held[position].used)).textures)
-        return _Held(new_textures(self._gl, baked, brick.texture_size))
+        return _Held(new_textures(self._context, baked, brick.texture_size))
 
     def _write(self, held: _Held, brick: Brick) -> None:
         assert self._baked is not None
@@ -198,7 +199,7 @@ class TextureStore:
         return sum(math.prod(size) for size in sizes) * bytes_of_sample(self._baked)
 
 
-def new_textures(gl: moderngl.Context, baked: BakedTexture, size: Triple) -> dict[str, moderngl.Texture3D]:
+def new_textures(context: Context, baked: BakedTexture, size: Triple) -> dict[str, moderngl.Texture3D]:
     """Textures for texels of a size, by the names of their samplers.
 
     Raises
@@ -209,7 +210,9 @@ def new_textures(gl: moderngl.Context, baked: BakedTexture, size: Triple) -> dic
     textures: dict[str, moderngl.Texture3D] = {}
     try:
         for name, (texel_format, components) in baked.formats.items():
-            textures[name] = _new_texture(gl, size, texel_format, components, baked.volume.nearest)
+            textures[name] = _new_texture(context.gl, size, texel_format, components, baked.volume.nearest)
+            if texel_format == "r8" and is_software(context):
+                context.interpolate_in_single_precision(textures[name])
     except InputError:
         for texture in textures.values():
             texture.release()

@@ -24,6 +24,7 @@ from texvol.scene.volume import OF_PLACE, Volume
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import Unchanged
 from texvol.util.memory import free_memory
+from texvol.util.remarks import Noted, make_at_end
 
 Triple = tuple[int, int, int]
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
@@ -105,13 +106,15 @@ class LargeVolume(Volume):
     memory : int, optional
         Bytes of samples that may be held in memory; half of what is free by default.
     unit, value_unit, space, name, source, notes, labels
-        As of `Volume`; `notes` also name the chunks that turned out to be missing.
+        As of `Volume`; `notes` also name the chunks that turned out to be missing, and what the `check` finds.
     channel : Channel, optional
         Which of the `channels` of an image it is, if that has several.
     images : sequence of str
         Names of the images in its store.
     times : sequence of float
         Times of all steps in its store, in `time_unit`.
+    check : optional
+        Has notes on levels that lie elsewhere than they say; it may read samples for them, and is asked late.
 
     Raises
     ------
@@ -140,10 +143,11 @@ class LargeVolume(Volume):
         images: Sequence[str] = (),
         times: Sequence[float] | None = None,
         time_unit: str = "",
+        check: Noted | None = None,
     ) -> None:
         self.name, self.levels, self.resampling, self.colors = name, tuple(levels), None, None
         self.channel, self.channels, self.images = channel, tuple(channels), tuple(images)
-        self.times, self.time_unit = tuple(times or ()), time_unit
+        self.times, self.time_unit, self._check = tuple(times or ()), time_unit, check
         if not self.levels:
             raise InputError(f"{name}: a volume must have a level of samples, got none")
         for level in self.levels:
@@ -159,8 +163,9 @@ class LargeVolume(Volume):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Choices of the reader, and chunks that turned out to be missing so far."""
-        return (*self._notes, *(note for each in self.levels for note in getattr(each.source, "notes", ())))
+        """Choices of the reader, chunks that turned out to be missing so far, and levels that lie elsewhere."""
+        missing = (note for each in self.levels for note in getattr(each.source, "notes", ()))
+        return (*self._notes, *(self._check.notes if self._check else ()), *missing)
 
     @notes.setter
     def notes(self, notes: Sequence[str]) -> None:
@@ -285,6 +290,11 @@ class LargeVolume(Volume):
         """Smallest and largest finite value that is known."""
         known = self.value_range
         return known if known is None or np.isfinite(known).all() else self.overview.finite_range
+
+    def remark_on_levels(self) -> None:
+        """Have the command that runs tell at its end if coarse levels, which it draws, lie elsewhere than they say."""
+        if self._check is not None:
+            make_at_end(self._check)
 
     def check_unchanged(self) -> None:
         """Do nothing: a store's samples are nobody else's."""

@@ -118,7 +118,7 @@ class Storage:
     @property
     def is_well(self) -> bool:
         """True if rounding of values inside the features hides in any picture."""
-        return self.condition <= (_WELL_IN_16_BITS if self.texel_format == "r16" else WELL)
+        return self.condition <= (_WELL_IN_16_BITS if self.texel_format in ("r8", "r16") else WELL)
 
     def farthest(self, volume: Volume) -> float:
         """Largest magnitude of a volume's finite texels."""
@@ -151,8 +151,10 @@ def other_storage(volume: Volume, features: Features) -> Storage:
 
 
 def stored_values(values: NDArray, storage: Storage) -> NDArray:
-    """`values` as a texture holds them, in `storage.texel_format`: of 16 bits as integers."""
+    """`values` as a texture holds them, in `storage.texel_format`: of 8 and 16 bits as integers."""
     offset, scale = storage.offset, storage.scale
+    if storage.texel_format == "r8":
+        return values if values.dtype == np.uint8 else values.view(np.uint8) ^ np.uint8(0x80)
     if storage.texel_format == "r16":
         if values.dtype.itemsize > 2:
             return np.rint((values - offset) * (65535 / scale)).astype(np.uint16)

@@ -100,7 +100,7 @@ class ValueTexture:
         texels = {"texels": self.texels(box)}
         if self.mask is not None:
             weights = self.mask.array[box][..., np.newaxis]
-            texels["weights"] = weights.astype(np.uint16) * np.uint16(65535) if weights.dtype == np.bool_ else weights
+            texels["weights"] = weights.view(np.uint8) * np.uint8(255) if weights.dtype == np.bool_ else weights
         return texels
 
     @property
@@ -108,8 +108,7 @@ class ValueTexture:
         """Texel format and numbers in a texel of each texture, by the name of its sampler."""
         formats = {"texels": (self.texel_format, 1 if self.estimator is None else 4)}
         if self.mask is not None:
-            # Mesa interpolates 8-bit texels with 8-bit weights.
-            formats["weights"] = ("r16" if self.mask.array.dtype == np.bool_ else "r32f"), 1
+            formats["weights"] = ("r8" if self.mask.array.dtype == np.bool_ else "r32f"), 1
         return formats
 
     @property
@@ -287,6 +286,8 @@ def bake_values(
         fine = features.finest < largest / _MOST_GRADIENTS and volume.dtype.itemsize > 1
         kind = "rgba16" if kind == "r16" and texel_format not in ("rgba32f", REFERENCE) and not fine else "rgba32f"
         largest = _gradient_scale(largest, features.finest) if kind == "rgba32f" else largest
+    elif kind == "r16" and volume.dtype.itemsize == 1:
+        kind, storage = "r8", replace(storage, texel_format="r8")
     unit = volume.smallest_spacing
     return ValueTexture(volume, kind, storage, transfer_function, classification, unit, estimator, largest, mask)
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Protocol
-from weakref import WeakSet
 
 
 class Noted(Protocol):
@@ -14,16 +13,24 @@ class Noted(Protocol):
         """Sentences of the moment."""
 
 
-_LATE: WeakSet[Noted] = WeakSet()
+_late: list[Noted] | None = None  # None while no command runs: then nobody would ask for them
+
+
+def begin() -> None:
+    """Begin to remember what is to be told when the command has ended."""
+    global _late
+    _late = []
 
 
 def make_at_end(noted: Noted) -> None:
-    """Remember a thing, whose notes are told when the command has ended."""
-    _LATE.add(noted)
+    """Remember a thing, whose notes are told when the command has ended; do nothing while no command runs."""
+    if _late is not None and all(each is not noted for each in _late):
+        _late.append(noted)
 
 
 def taken() -> list[str]:
     """Return the notes of all such things, sorted, each once, and forget the things."""
-    found = sorted({sentence for each in _LATE for sentence in each.notes})
-    _LATE.clear()
+    global _late
+    found = sorted({sentence for each in _late or () for sentence in each.notes})
+    _late = None
     return found

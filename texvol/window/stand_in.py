@@ -16,7 +16,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
 _MOST = 1 << 24  # samples: 256³
 _OF_MEMORY = 1 / 8  # that a stand-in takes at most: the window and its painters have one each
@@ -28,6 +28,15 @@ class StandIn(Volume):
 
     large: LargeVolume
     level: int
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Those of the large volume."""
+        return self.large.notes
+
+    @notes.setter
+    def notes(self, notes: Sequence[str]) -> None:
+        """Leave the notes of the part alone."""
 
 
 def stand_in(volume: Volume) -> Volume:
@@ -47,7 +56,7 @@ def stand_in(volume: Volume) -> Volume:
     volume.memory //= _PAINTERS
     made.__class__ = StandIn
     assert isinstance(made, StandIn)
-    made.large, made.level, made.notes = volume, number, volume.notes
+    made.large, made.level = volume, number
     return made
 
 

@@ -23,7 +23,7 @@ from texvol.util.terminal import library_reason
 ARGUMENTS = tuple(name for name in Choice._fields if name not in ("memory", "counting", "kept"))
 
 # Fields of Samples that only the volume of a store has.
-_OF_STORES = ("levels", "channel", "channels", "images", "times", "time_unit")
+_OF_STORES = ("levels", "channel", "channels", "images", "times", "time_unit", "check")
 _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 

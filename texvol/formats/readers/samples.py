@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.scene.channel import Channel
 from texvol.scene.large_volume import Level
 from texvol.util.memory import free_memory
+from texvol.util.remarks import Noted
 
 T = TypeVar("T")
 
@@ -65,8 +66,8 @@ class Samples(NamedTuple):
     """Result of a reader: unchecked values of shape (nz, ny, nx), and the grid as in `Volume`.
 
     `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
-    has them. Of a store there are `levels` in place of values, and as in `LargeVolume` `channel`, `channels`, `images`;
-    `labels` is True if the store says that its values are.
+    has them. Of a store there are `levels` in place of values, and as in `LargeVolume` `channel`, `channels`, `images`
+    and `check`; `labels` is True if the store says that its values are.
     """
 
     values: NDArray
@@ -86,6 +87,7 @@ class Samples(NamedTuple):
     channel: Channel | None = None
     channels: tuple[Channel, ...] = ()
     images: tuple[str, ...] = ()
+    check: Noted | None = None
 
     @classmethod
     def of_levels(

@@ -48,13 +48,11 @@ def _read(path: str, file: Any, choice: Choice) -> Samples:
     corners = [low + scale / 2 for scale in scales]
     levels, notes = levels_of(sources, [_list(each) for each in scales], [_list(each) for each in corners],
                               [None] * len(sources))  # fmt: skip
-    if not choice.labels:
-        levels, shifted = checked_levels(levels, choice)
-        notes += shifted
+    levels, check = (levels, None) if choice.labels else checked_levels(levels, choice)
     unit = units.length_unit(_text(file["DataSetInfo/Image"], "Unit"))
     return Samples.of_levels(
         levels, scales[0][::-1].tolist(), corners[0][::-1].tolist(), unit=unit, channels=channels,
-        channel=channels[channel] if len(channels) > 1 else None, notes=notes,
+        channel=channels[channel] if len(channels) > 1 else None, notes=notes, check=check,
     )  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -51,23 +52,45 @@ def levels_of(
     return tuple(levels), tuple(notes)
 
 
-def checked_levels(levels: tuple[Level, ...], choice: Choice) -> tuple[tuple[Level, ...], tuple[str, ...]]:
-    """Return the levels, with --fix-pyramid moved to where their content puts them, and notes on those elsewhere."""
+class PyramidCheck:
+    """Comparison of neighbouring levels, whose content may lie elsewhere than their metadata put it.
+
+    Samples are read when its finding or notes are first asked for, so that no picture waits for them.
+    """
+
+    def __init__(self, levels: tuple[Level, ...], *, fix: bool) -> None:
+        self._levels, self._fix = levels, fix
+
+    @cached_property
+    def found(self) -> Finding:
+        """Where the levels lie by their content.
+
+        Raises
+        ------
+        InputError
+            If what is to be fixed cannot be read.
+        """
+        try:
+            return found_shifts(self._levels, fixed=self._fix)
+        except InputError as error:
+            if self._fix:
+                raise
+            return Finding((), (f"whether levels lie where their metadata put them was not checked: {error}",))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences on the levels that lie elsewhere."""
+        return self.found.notes
+
+
+def checked_levels(levels: tuple[Level, ...], choice: Choice) -> tuple[tuple[Level, ...], PyramidCheck | None]:
+    """Return the levels, with --fix-pyramid moved to where their content puts them, and what compares them."""
     if len(levels) < 2:
-        return levels, ()
-    first, notes = once(choice, "shifts", lambda: _found(levels, fix=bool(choice.fix_pyramid)))
+        return levels, None
+    check = once(choice, "shifts", lambda: PyramidCheck(levels, fix=bool(choice.fix_pyramid)))
     if choice.fix_pyramid:
-        levels = tuple(replace(each, first=one) for each, one in zip(levels, first, strict=True))
-    return levels, notes
-
-
-def _found(levels: tuple[Level, ...], *, fix: bool) -> Finding:
-    try:
-        return found_shifts(levels, fixed=fix)
-    except InputError as error:
-        if fix:
-            raise
-        return Finding((), (f"whether levels lie where their metadata put them was not checked: {error}",))
+        levels = tuple(replace(each, first=one) for each, one in zip(levels, check.found.first, strict=True))
+    return levels, check
 
 
 def _xyz(numbers: Any) -> tuple[float, float, float]:

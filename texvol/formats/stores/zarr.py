@@ -80,14 +80,12 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     translations = [_spatial(each.translation, layouts[0], factors, 0.0) for each in image.datasets]
     levels, more = levels_of(sources, scales, translations, statistics)
     labels = choice.labels or image.is_label
-    if not labels:
-        levels, shifted = checked_levels(levels, choice)
-        more += shifted
+    levels, check = (levels, None) if labels else checked_levels(levels, choice)
     return Samples.of_levels(
         levels, scales[0][::-1], translations[0][::-1], unit=unit, labels=labels, channels=channels,
         channel=None if len(channels) < 2 else channels[int(chosen.channel or 0)],
         **_own_place(store.attributes(image.group) or {}),
-        images=tuple(known), notes=(*notes, *_about(image, known, channels, chosen), *more),
+        images=tuple(known), check=check, notes=(*notes, *_about(image, known, channels, chosen), *more),
         **_times(image, letters, sizes),
     )  # fmt: skip
 

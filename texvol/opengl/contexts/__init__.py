@@ -28,6 +28,9 @@ __all__ = ["BACKENDS", "Context", "open_context"]
 BACKENDS = ("auto", "egl", "osmesa")
 
 _LIBRARIES: tuple[type[Egl] | type[OSMesa], ...] = (Egl, OSMesa)  # in the order of "auto"
+_TEXTURE_3D, _WRAP_R = 0x806F, 0x8072
+_MIRROR_CLAMP, _MIRRORED_REPEAT = 0x8743, 0x8370  # the first is quicker
+_MIRROR_CLAMP_SINCE = 440  # OpenGL 4.4
 _tried: set[str] = set()  # back ends of which a context does not end the process
 _opening = threading.RLock()  # a finaliser may open and close contexts too
 
@@ -71,6 +74,17 @@ class Context:
         numbers = (ctypes.c_int * 4)()  # some have four
         ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
         return int(numbers[0])
+
+    def interpolate_in_single_precision(self, texture: moderngl.Texture3D) -> None:
+        """Have Mesa's software driver not interpolate a texture of 8 bits with weights of 8 bits.
+
+        It does so only where all coordinates wrap by repeating or clamping. Mirrored about its low edge and clamped at
+        the high one a texture is the same as clamped for a texel's length beyond it, and nothing is fetched from there.
+        """
+        texture.use(0)
+        address = self._handle.load_opengl_function("glTexParameteri")
+        mode = _MIRROR_CLAMP if self.gl.version_code >= _MIRROR_CLAMP_SINCE else _MIRRORED_REPEAT
+        ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.c_uint, ctypes.c_int)(address)(_TEXTURE_3D, _WRAP_R, mode)
 
     @property
     def released(self) -> bool:

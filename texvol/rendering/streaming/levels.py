@@ -85,6 +85,7 @@ def with_levels(
     if level_error is not None:
         if level not in ("auto", 0):
             raise InputError(f"level must be auto where an error decides it, got {level!r}")
+        volume.remark_on_levels()
         return replace(settings, level_error=level_error)
     given = asked.slabs is not None and asked.max_error is None
     number = settled_level(scene, size, level, settings.slab_thickness if given else None)
@@ -95,6 +96,8 @@ def with_levels(
     if coarser is None and level == "auto":  # slabs are as thick everywhere: if they decide, so are all samples apart
         coarser = number == settled_level(scene, size, level, None)
     thickness = min(thickness, 2 * volume.radius)
+    if number or coarser:
+        volume.remark_on_levels()
     return replace(settings, level=number, coarser_by_pixels=coarser or None, slab_thickness=thickness)
 
 
