@@ -22,8 +22,17 @@ class EmptySpace:
         self._shown: tuple[Shown, int, Mask | None, tuple[float, float] | None] | None = None
         self._cells: Cells | None = None
         self._visible = np.zeros((0, 0, 0), np.bool_)
-        self.skips: moderngl.Texture3D | None = None  # of `Cells.skips`; None where every cell shows something
+        self._skips: NDArray[np.uint8] | None = None  # of `Cells.skips`; None where every cell shows something
+        self._texture: moderngl.Texture3D | None = None  # of these, made when it is first asked for
         self._parts: dict[Brick, NDArray[np.float64] | None] = {}
+
+    @classmethod
+    def known(cls, gl: moderngl.Context, visible: NDArray[np.bool_]) -> EmptySpace:
+        """Return the empty space of a volume of which it is known which cells may show, shape (cz, cy, cx)."""
+        space = cls(gl)
+        space._visible = visible
+        space._skips = None if visible.all() else Cells.skips(visible)
+        return space
 
     def prepare(
         self,
@@ -35,7 +44,7 @@ class EmptySpace:
         of_samples: float | None = None,
         spread: Spread | None = None,
     ) -> None:
-        """Find out what of a volume is empty; what is known already is kept.
+        """Find out what of a volume is empty; what is known already is kept. New ones need no context for it.
 
         `reach` is how many samples to each side the gradient depends on that decides what shows; 0 where none does.
         `steps` are those to which the texture rounds values. The volume may be a part of one `of_samples` samples, and
@@ -54,11 +63,17 @@ class EmptySpace:
         self._parts.clear()
         self._release_skips()
         if not self._visible.all():
-            skips = self._cells.skips(self._visible)
-            nz, ny, nx = skips.shape
-            self.skips = self._gl.texture3d((nx, ny, nz), 1, skips, alignment=1, dtype="u1")
-            self.skips.filter = moderngl.NEAREST, moderngl.NEAREST
+            self._skips = self._cells.skips(self._visible)
         self._shown = shown, reach, mask, steps
+
+    @property
+    def skips(self) -> moderngl.Texture3D | None:
+        """Texture of `Cells.skips`; None where every cell shows something. The context has to be current."""
+        if self._texture is None and self._skips is not None:
+            nz, ny, nx = self._skips.shape
+            self._texture = self._gl.texture3d((nx, ny, nz), 1, self._skips, alignment=1, dtype="u1")
+            self._texture.filter = moderngl.NEAREST, moderngl.NEAREST
+        return self._texture
 
     def forget_samples(self, instead: Volume) -> None:
         """Let the volume go whose cells are known; another one stands for it from now on."""
@@ -110,6 +125,6 @@ class EmptySpace:
         self._volume = self._cells = None
 
     def _release_skips(self) -> None:
-        if self.skips is not None:
-            self.skips.release()
-        self.skips = self._shown = None
+        if self._texture is not None:
+            self._texture.release()
+        self._texture = self._skips = self._shown = None

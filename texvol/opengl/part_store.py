@@ -7,7 +7,6 @@ room for, parts follow each other in the same few textures.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -37,6 +36,16 @@ _AT_FIRST = 64 << 20  # bytes of the textures that follow each other where there
 
 
 @dataclass
+class Prepared:
+    """What a brick's textures are made from; it is prepared without the context, by any thread."""
+
+    baked: BakedTexture
+    empty_space: EmptySpace | None  # its own; None where it has none
+    shown: NDArray[np.float64] | None  # corners of what may show, in fractions of the box; None if nothing does
+    texels: dict[str, NDArray] | None  # by the names of their samplers; None: made slice by slice as they are uploaded
+
+
+@dataclass
 class Part:
     """One brick on the device."""
 
@@ -48,6 +57,7 @@ class Part:
     empty_space: EmptySpace | None
     shown: NDArray[np.float64] | None  # corners of what may show, in fractions of the box; None if nothing does
     bytes: int
+    view: str = ""  # the only one of which it holds what shows; "" if it holds all
 
     def resources(self, brick: Brick) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
         """Return textures and tables by the names of their samplers."""
@@ -62,11 +72,6 @@ class Part:
     def bytes_of_all(self) -> int:
         """Bytes of its textures."""
         return self.bytes
-
-    @property
-    def skips(self) -> moderngl.Texture3D | None:
-        """Cells that a ray skips; None where every cell shows something."""
-        return self.empty_space.skips if self.empty_space else None
 
     @property
     def cells(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
@@ -88,10 +93,15 @@ class PartStore:
         self._drawn: set[tuple[Triple, int]] = set()
         self.uploads = 0
 
-    def known(self, brick: Brick, texels: tuple[Any, ...], classification: Classification) -> Part | None:
-        """Return the part of a brick if it is there; values are classified in another way where that is wanted."""
+    def known(
+        self, brick: Brick, texels: tuple[Any, ...], classification: Classification, view: str = ""
+    ) -> Part | None:
+        """Return the part of a brick if it is there; values are classified in another way where that is wanted.
+
+        Parts that hold only what one view shows are returned for that view.
+        """
         part = self._parts.get((brick.position, brick.level))
-        if part is None or part.brick != brick or not same(part.texels, texels):
+        if part is None or part.brick != brick or not same(part.texels, texels) or part.view not in ("", view):
             return None
         self._parts[brick.position, brick.level] = self._parts.pop((brick.position, brick.level))
         if isinstance(part.baked, ValueTexture):
@@ -105,28 +115,26 @@ class PartStore:
         self,
         brick: Brick,
         texels: tuple[Any, ...],
-        baked: BakedTexture,
-        find_empty: Callable[[EmptySpace], None] | None,
+        prepared: Prepared,
         everything: bool,
+        view: str = "",
     ) -> Part:
-        """Upload a brick from the volume that was baked.
+        """Upload a brick.
 
         Parameters
         ----------
         texels : tuple
             Names what its texels are made of.
-        find_empty : callable, optional
-            Prepares the empty space of the baked volume.
+        prepared : Prepared
         everything : bool
             True if all parts of the picture have room.
+        view : str
+            Names the view which alone shows no more of the brick than was read; "" if all was.
         """
-        part = Part(brick, texels, baked, {}, {}, None, brick.stored_box, 0)
-        if find_empty is not None:
-            part.empty_space = EmptySpace(self._gl)
-            find_empty(part.empty_space)
-            part.shown = _shown(part.empty_space, brick)
+        baked = prepared.baked
+        part = Part(brick, texels, baked, {}, {}, prepared.empty_space, prepared.shown, 0, view)
         if part.shown is not None:
-            self._fill(part, everything)
+            self._fill(part, prepared.texels, everything)
         old = self._parts.pop((brick.position, brick.level), None)
         if old is not None:
             self._release(old)
@@ -153,7 +161,7 @@ class PartStore:
             self._release(part)
         self._parts.clear()
 
-    def _fill(self, part: Part, everything: bool) -> None:
+    def _fill(self, part: Part, texels: dict[str, NDArray] | None, everything: bool) -> None:
         baked, size = part.baked, part.brick.texture_size
         part.bytes = math.prod(size) * bytes_of_sample(baked)
         key = part.brick.position, part.brick.level
@@ -171,7 +179,7 @@ class PartStore:
             self._release(old)
         if not part.textures:
             part.textures = new_textures(self._context, baked, size)
-        write_texels(part.textures, baked, part.brick, (0, 0, 0), self._watch)
+        write_texels(part.textures, baked, part.brick, (0, 0, 0), self._watch, texels)
         self.uploads += 1
         self._make_tables(part)
 
@@ -213,8 +221,8 @@ class _Tables:
                     table.release()
 
 
-def _shown(empty_space: EmptySpace, brick: Brick) -> NDArray[np.float64] | None:
-    """Corners of what may show of a brick, in fractions of the box, shape (2, 3); None if nothing does."""
+def shown_part(empty_space: EmptySpace, brick: Brick) -> NDArray[np.float64] | None:
+    """Return the corners of what may show of a brick, in fractions of the box, (2, 3); None if nothing does."""
     part = empty_space.visible_box
     if part is None:
         return None

@@ -248,22 +248,31 @@ def new_table(gl: moderngl.Context, name: str, numbers: NDArray[np.float32]) -> 
 
 
 def write_texels(
-    textures: Mapping[str, moderngl.Texture3D], baked: BakedTexture, brick: Brick, first: Triple, watch: Stopwatch
+    textures: Mapping[str, moderngl.Texture3D],
+    baked: BakedTexture,
+    brick: Brick,
+    first: Triple,
+    watch: Stopwatch,
+    ready: Mapping[str, NDArray] | None = None,
 ) -> None:
-    """Bake and upload slice after slice what a brick stores, which begins at the sample `first` of the baked volume."""
+    """Bake and upload slice after slice what a brick stores, which begins at the sample `first` of the baked volume.
+
+    `ready` has its texels if they have been baked already.
+    """
     nx, ny, nz = (last - before for before, last in zip(brick.stored_first, brick.stored_last, strict=True))
-    x, y, z = first
+    x0, y0, z0 = first
     depth = max(1, _SLICE_BYTES // (nx * ny * bytes_of_sample(baked)))
     for start in range(0, nz, depth):
         end = min(start + depth, nz)
-        box = (slice(z + start, z + end), slice(y, y + ny), slice(x, x + nx))
+        box = (slice(z0 + start, z0 + end), slice(y0, y0 + ny), slice(x0, x0 + nx))
         with watch.timed("bake"):
-            baked_texels = baked.all_texels(box)
+            baked_texels = baked.all_texels(box) if ready is None else {name: each[box] for name, each in ready.items()}
         with watch.timed("upload"):
             for name, texels in baked_texels.items():
-                texels = np.ascontiguousarray(_with_room(texels, brick, end == nz))
-                layers, rows, columns, _ = texels.shape
-                textures[name].write(texels, viewport=(0, 0, start, columns, rows, layers), alignment=1)
+                _write(textures[name], texels, (0, 0, start))
+                x, y, z = brick.has_room_beyond
+                for edge, place in _edges(texels, (z and end == nz, y, x)):
+                    _write(textures[name], edge, (place[2], place[1], start + place[0]))
 
 
 def bytes_of_sample(baked: BakedTexture) -> int:
@@ -271,11 +280,25 @@ def bytes_of_sample(baked: BakedTexture) -> int:
     return sum(_BYTES[texel_format] for texel_format, _ in baked.formats.values())
 
 
-def _with_room(texels: NDArray, brick: Brick, is_last: bool) -> NDArray:
-    """Repeat the last samples beyond the volume, as clamping at the edge of a texture does."""
-    x, y, z = (int(more) for more in brick.has_room_beyond)
-    beyond = (z if is_last else 0, y, x, 0)
-    return np.pad(texels, [(0, more) for more in beyond], mode="edge") if any(beyond) else texels
+def _write(texture: moderngl.Texture3D, texels: NDArray, first: Triple) -> None:
+    """Upload texels, shape (nz, ny, nx, components), to a place of a texture."""
+    layers, rows, columns, _ = texels.shape
+    texture.write(np.ascontiguousarray(texels), viewport=(*first, columns, rows, layers), alignment=1)
+
+
+def _edges(texels: NDArray, room: Sequence[bool]) -> Iterator[tuple[NDArray, Triple]]:
+    """Yield the last texels along z, y, x once more where there is `room`, and their places, along z, y, x, behind all.
+
+    Clamping at the edge of a texture does so where the volume ends.
+    """
+    for axis in range(3):
+        if room[axis]:
+            last = [slice(None)] * 3
+            last[axis] = slice(-1, None)
+            pad = [(0, int(room[later] and later > axis)) for later in range(3)]
+            place = [0, 0, 0]
+            place[axis] = texels.shape[axis]
+            yield np.pad(texels[tuple(last)], [*pad, (0, 0)], mode="edge"), (place[0], place[1], place[2])
 
 
 def same(one: Sequence[Any], other: Sequence[Any]) -> bool:

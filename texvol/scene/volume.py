@@ -253,6 +253,13 @@ class Volume(KeepsArrays):
             low, high = float(np.fmin.reduce(self.values, axis=None)), float(np.fmax.reduce(self.values, axis=None))
         return None if np.isnan(low) else (low, high)
 
+    def remember_range(self, lowest: float, highest: float) -> None:
+        """Take bounds of all values, none of which is NaN or infinite, for the smallest and the largest one.
+
+        For parts of a larger volume, of which they are known without another pass over their samples.
+        """
+        self.__dict__["value_range"] = lowest, highest
+
     @cached_property
     def has_missing(self) -> bool:
         """True if any sample is NaN."""

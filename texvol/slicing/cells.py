@@ -51,7 +51,7 @@ class Cells:
 
         Those of a part are as large as those of the whole volume, which has so many samples.
         """
-        cell = max(CELL, int(np.ceil(((of_samples or volume.size) / _MOST_CELLS) ** (1 / 3))))
+        cell = cell_side(of_samples or volume.size)
         nx, ny, nz = (max(cell, -(-count // _MOST_ALONG_AN_AXIS)) for count in volume.dimensions)
         size = (nx, ny, nz)
         lowest, highest = _reduced(volume.values, size, np.fmin), _reduced(volume.values, size, np.fmax)
@@ -97,7 +97,8 @@ class Cells:
         # Texels of gradients may be rounded to 16 bits of the largest.
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
-    def skips(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    @staticmethod
+    def skips(visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
         """Return 2 r + visible for each octant of directions and each cell, shape (2 cz, 2 cy, 2 cx).
 
         All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
@@ -116,6 +117,11 @@ class Cells:
         cz, cy, cx = visible.shape
         by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
         return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
+
+
+def cell_side(samples: float) -> int:
+    """Return how many samples the cells of a volume of so many samples span along each axis."""
+    return max(CELL, int(np.ceil((samples / _MOST_CELLS) ** (1 / 3))))
 
 
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:

@@ -50,3 +50,34 @@ def pixels_of(
         # A pixel on the edge belongs to it, whatever rounding says.
         inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -_ROUNDING * (abs(bx - ax) + abs(by - ay))
     return (slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))), inside
+
+
+def pixel_boxes_of(
+    volume: Volume, camera: Camera, size: tuple[int, int], parts: NDArray[np.float64]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return boxes of pixels, first and behind the last column and row, outside of which parts of the box do not show.
+
+    Parameters
+    ----------
+    parts : array of shape (n, 2, 3)
+        Low and high corners, in fractions of the box.
+
+    Returns
+    -------
+    Two arrays of shape (n, 2); equal where a part is not on the screen.
+    """
+    bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
+    corners = parts[:, bits, np.arange(3)]
+    places = camera.in_eye_space((corners - 0.5) @ volume.box_edges.T, volume.centre)
+    depth, perspective = places[..., 2], camera.projection == "perspective"
+    scale = size[1] / 2 / camera.half_height
+    with np.errstate(divide="ignore", invalid="ignore"):
+        per_unit = scale / depth if perspective else np.full(depth.shape, scale)
+        points = places[..., :2] * [1, -1] * per_unit[..., np.newaxis]
+    points += np.array(size) / 2
+    if perspective:  # what reaches the eye may be anywhere
+        near = (depth <= _NEAR * volume.radius).any(axis=1)
+        points[near, 0], points[near, 1:] = 0.0, np.array(size, float)
+    low = np.clip(np.floor(points.min(axis=1) - _ROUNDING), 0, size).astype(np.intp)
+    high = np.clip(np.ceil(points.max(axis=1) + _ROUNDING), 0, size).astype(np.intp)
+    return low, np.maximum(low, high)

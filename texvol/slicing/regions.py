@@ -86,7 +86,14 @@ def most_samples_of(volume: LargeVolume) -> float:
     return min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
 
 
-def brick_of(region: Region, level: Level, number: int, dimensions: Triple, margin: NDArray[np.float64]) -> Brick:
+def brick_of(
+    region: Region,
+    level: Level,
+    number: int,
+    dimensions: Triple,
+    margin: NDArray[np.float64],
+    shown: NDArray[np.float64] | None = None,
+) -> Brick:
     """Return a region as a brick whose texture is of a level.
 
     Parameters
@@ -99,6 +106,8 @@ def brick_of(region: Region, level: Level, number: int, dimensions: Triple, marg
     margin : array of shape (3,)
         What is needed beyond the region and the next samples, in samples of level 0 along x, y, z. Of a coarse level
         nothing is: its samples beyond the region are means of what other regions show.
+    shown : array of shape (2, 3), optional
+        First sample, along x, y, z, and the one behind the last that is needed for what the region shows.
     """
     factor, offset = np.array(level.factor), np.array(level.first)
     low = (np.array(region.first) - 0.5 - offset) / factor
@@ -108,6 +117,9 @@ def brick_of(region: Region, level: Level, number: int, dimensions: Triple, marg
         first, last = np.floor(low + 0.75), np.floor(high + 0.75)
     else:
         first, last = np.floor(low - margin), np.floor(high + margin) + 2
+    size = np.minimum(last - first, count)  # that of many bricks, whose textures may follow each other
+    if shown is not None:
+        first, last = np.maximum(first, shown[0]), np.minimum(last, shown[1])
     first = np.clip(first, 0, count - 1).astype(int)
     last = np.clip(last, first + 1, count).astype(int)
     return Brick(
@@ -117,7 +129,7 @@ def brick_of(region: Region, level: Level, number: int, dimensions: Triple, marg
         _triple(first),
         _triple(last),
         dimensions,
-        _triple(last - first),
+        _triple(last - first if number else np.maximum(size, last - first).astype(int)),
         number,
         level.factor,
         level.first,

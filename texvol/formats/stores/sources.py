@@ -6,8 +6,9 @@ import itertools
 import math
 import threading
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -95,12 +96,12 @@ class ChunkedSource(ABC):
         self.__dict__ |= state
         self._lock = threading.Lock()
 
-    @property
+    @cached_property
     def shape(self) -> Triple:
         """Numbers of samples (nz, ny, nx)."""
         return self.layout.spatial(self.layout.sizes)
 
-    @property
+    @cached_property
     def chunk_shape(self) -> Triple:
         """Numbers of samples (z, y, x) that are decoded at once."""
         z, y, x = (
@@ -142,8 +143,12 @@ class ChunkedSource(ABC):
 
     def read(self, box: Box) -> NDArray:
         """Return the samples of a box; raise InputError, which names the chunk, if it cannot be read."""
+        return self.received(box, lambda: self.fetch(self.layout.stored(box)))
+
+    def received(self, box: Box, fetch: Callable[[], NDArray]) -> NDArray:
+        """Return the samples of a box that `fetch` gets as they are stored, or else what its chunks have."""
         try:
-            return self._marked(self.layout.turned(self.fetch(self.layout.stored(box))))
+            return self._marked(self.layout.turned(fetch()))
         except ServerFault as fault:
             raise InputError(f"{self.reading.name}: {self.level}: {fault}") from None
         except FileFault:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import bytes_so_far, waited
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_sizes, sample_type
+from texvol.scene.large_volume import Box
 
 _MOST_FILES = 20_000  # whose sizes are asked for: a fraction of a second
 # Types that numpy does not have, and the smallest one that holds their values.
@@ -21,10 +22,9 @@ _WIDENED = {"bfloat16": np.float32, "int4": np.int8, "int2": np.int8}
 
 
 class _Meter:
-    """Bytes of all stores of the process, each byte counted for the reader that was the next to end.
+    """Bytes of all stores of the process, each byte counted for the source that is asked next how many it has read.
 
-    TensorStore counts for the process, not for an array: the sum of all sources is exact, and so is each of them unless
-    several are read at the same moment.
+    TensorStore counts for the process, not for an array: the sum of all sources is exact.
     """
 
     def __init__(self) -> None:
@@ -48,13 +48,30 @@ class _Meter:
 _METER = _Meter()
 
 
+@dataclass(frozen=True)
+class ReadAhead:
+    """Samples of a box that are being read in the background."""
+
+    source: TensorSource
+    box: Box
+    future: Any
+
+    def done(self) -> bool:
+        """Return True if `result` does not have to wait."""
+        return bool(self.future.done())
+
+    def result(self) -> NDArray:
+        """Wait for the samples and return them; raise InputError if a chunk cannot be read."""
+        return self.source.finish(self.box, self.future)
+
+
 @dataclass(eq=False)
 class TensorSource(ChunkedSource):
     """Samples of a TensorStore."""
 
     store: Any
     check_alive: Callable[[], None]
-    _read: int = 0
+    _bytes: int = 0
 
     @classmethod
     def of(
@@ -73,7 +90,9 @@ class TensorSource(ChunkedSource):
     @property
     def bytes_read(self) -> int:
         """Bytes that have been read from the store so far."""
-        return self._read
+        with self._lock:
+            self._bytes += _METER.since_last()
+            return self._bytes
 
     @property
     def shard_shape(self) -> tuple[int, ...]:
@@ -95,13 +114,19 @@ class TensorSource(ChunkedSource):
 
     def fetch(self, index: tuple[int | slice, ...]) -> NDArray:
         """Return a part of the array; raise FileFault if a chunk cannot be read."""
+        return self._received(self.store[index].read(order="C"))
+
+    def begin(self, box: Box) -> ReadAhead:
+        """Begin to read the samples of a box; TensorStore reads and decodes them in threads of its own."""
+        return ReadAhead(self, box, self.store[self.layout.stored(box)].read(order="C"))
+
+    def finish(self, box: Box, future: Any) -> NDArray:
+        """Return the samples of a box that are being read; raise InputError, as `read` does."""
+        return self.received(box, lambda: self._received(future))
+
+    def _received(self, future: Any) -> NDArray:
         try:
-            part = waited(self.store[index].read(order="C"), check_alive=self.check_alive)
+            found = np.asarray(waited(future, check_alive=self.check_alive))
         except MemoryError:
             raise FileFault("needs more memory than there is") from None
-        finally:
-            new = _METER.since_last()
-            with self._lock:
-                self._read += new
-        found = np.asarray(part)
         return found.astype(self.stored_type) if found.dtype.kind not in "iufb" or not found.dtype.isnative else found

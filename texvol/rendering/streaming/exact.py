@@ -99,7 +99,7 @@ def raycast_pixels(
             passing = passing[picture[passing, 3] < 1 - _OPAQUE]
             if not passing.size:
                 continue
-            part = cache.part(0, brick.stored_first, brick.stored_last, asked=False)
+            part = cache.part(0, brick.stored_first, brick.stored_last)
             planes = complete.clip + _faces(volume, region)
             of_region = replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0))
             behind = ray_casting.raycast_pixels(of_region, size, pixels[passing])

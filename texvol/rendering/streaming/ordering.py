@@ -6,10 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
-from texvol.rendering.streaming.visibility import region_shows
+from texvol.rendering.streaming.visibility import region_shows, shown_box
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
@@ -35,6 +36,7 @@ class RegionsOfPicture:
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
         self.levels: dict[Region, int] = {}
+        self._shown: dict[Region, NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
@@ -68,7 +70,17 @@ class RegionsOfPicture:
 
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""
-        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin)
+        # `integrated` looks at values anywhere in a slab, and shows what is between them.
+        shown = None if level or self.beyond.any() else self._shown_samples(region)
+        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
+
+    def _shown_samples(self, region: Region) -> NDArray[np.float64] | None:
+        """Return the first sample of level 0 that a region needs, and the one behind the last; None if not known."""
+        if region not in self._shown:
+            reach = np.ceil(self.margin).astype(int)
+            box = shown_box(self.scene, self.volume, np.array(region.first) - reach, np.array(region.last) + reach)
+            self._shown[region] = None if box is None else box + np.outer([-1, 1], reach + 1)
+        return self._shown[region]
 
 
 def with_settled_light(scene: CompleteScene) -> CompleteScene:

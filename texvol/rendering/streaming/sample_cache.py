@@ -1,34 +1,35 @@
-"""Samples of a large volume in memory: read in blocks of whole chunks, ahead of use, within a budget.
+"""Samples of a large volume in memory: read in whole chunks, ahead of use, within a budget.
 
-A block is read and decoded by one of several threads and kept until room is needed; the one that has not been used for
-longest goes first, and none that has been asked for and not been used yet. So every chunk is decoded once as long as
-what neighbouring parts have in common fits.
+A chunk is a block here: it is read and decoded in the background and kept until room is needed. The one that has not
+been used for longest goes first, and none that has been asked for and not been used yet. So every chunk is decoded once
+as long as what neighbouring parts have in common fits.
 """
 
 from __future__ import annotations
 
 import math
 import os
-import time
 from collections import Counter, OrderedDict
-from collections.abc import Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.streaming.assembly import Assembly, Coming, Held, Piece
+from texvol.rendering.streaming.chunks import Chunks
 from texvol.scene.large_volume import Box, LargeVolume, SampleSource, Triple
 from texvol.scene.volume import Volume
 from texvol.util.errors import NoRoomError
 
-_BLOCK = 4 << 20  # bytes of a block at most, unless a chunk is larger
-_BLOCKS = 64  # that there is room for, unless a chunk is larger
 _MOST_THREADS = 8
-Block = tuple[int, int, int, int]  # level, and position along z, y, x
+Part = tuple[int, Triple, Triple]  # level, first sample along x, y, z, and the one behind the last
+Block = tuple[int, int, int, int]  # level, and place along z, y, x
+# Which of some boxes, low and high corners along x, y, z in samples of a level, shape (n, 2, 3), need not be read.
+Hidden = Callable[[int, NDArray[np.float64]], NDArray[np.bool_]]
 
 
 @dataclass
@@ -40,26 +41,6 @@ class Reading:
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
     bytes_read: int = 0  # from the store, as they are stored
-
-
-class _Held:
-    """A block in memory: its samples, which of its chunks are there or on the way, and what is on the way."""
-
-    def __init__(self, low: Triple, high: Triple, chunk: Triple, dtype: np.dtype) -> None:
-        self.low, self.high = low, high
-        self.values = np.empty([b - a for a, b in zip(low, high, strict=True)], dtype)
-        self.asked = np.zeros([-(-(b - a) // n) for a, b, n in zip(low, high, chunk, strict=True)], np.bool_)
-        self.coming: list[Future[None]] = []
-
-    @property
-    def is_there(self) -> bool:
-        """True if nothing is on the way."""
-        return all(each.done() for each in self.coming)
-
-    @property
-    def has_failed(self) -> bool:
-        """True if something could not be read."""
-        return any(each.done() and each.exception() is not None for each in self.coming)
 
 
 class SampleCache:
@@ -74,13 +55,14 @@ class SampleCache:
 
     def __init__(self, volume: LargeVolume, room: int) -> None:
         self.volume, self.room = volume, room
-        self._needed: list[NDArray[np.bool_] | None] = [None] * len(volume.levels)
-        self.block_shapes = [_block_shape(level.source, min(_BLOCK, room / _BLOCKS)) for level in volume.levels]
+        self._levels = [Chunks(level) for level in volume.levels]
         threads = min(_MOST_THREADS, (os.cpu_count() or 1) + 1)
         self._pool = ThreadPoolExecutor(threads, "texvol-read")
-        self._blocks: OrderedDict[Block, _Held] = OrderedDict()
+        self._blocks: OrderedDict[Block, Held] = OrderedDict()
         self._bytes = 0
         self._wanted: Counter[Block] = Counter()  # asked for, and not used yet
+        self._buffers: list[NDArray[np.uint8]] = []  # of parts that are not needed any more
+        self._uses: list[NDArray[np.int32]] | None = None  # of each block of each level, by parts to come
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
@@ -88,31 +70,59 @@ class SampleCache:
 
         The others are not read: their samples become the least value that the store's statistics tell.
         """
-        for level, (before, now) in enumerate(zip(self._needed, chunks, strict=True)):
-            if before is None or (now is not None and not (now & ~before).any()):
-                continue
-            for block in [block for block in self._blocks if block[0] == level]:
-                self._forget(block)
-        self._needed = list(chunks)
+        for each, now in zip(self._levels, chunks, strict=True):
+            each.need(now)
 
-    def ask(self, level: int, first: Triple, last: Triple) -> bool:
-        """Begin to read what a part needs, for `part` later; False if there is no room for it now."""
-        blocks = self._blocks_of(level, first, last)
-        self._wanted.update(blocks)
-        if not self._make_room(blocks):
-            self._wanted.subtract(blocks)
-            return False
-        for block in blocks:
-            self._begin(block, first, last)
-        return True
+    def expect(self, parts: Sequence[Part]) -> None:
+        """Say which parts will be asked for, each once: where not all have room, blocks go after their last use.
 
-    def part(self, level: int, first: Triple, last: Triple, asked: bool) -> Volume:
+        Memory that is used again is quicker than new memory, and its pages are there.
+        """
+        uses = [np.zeros([len(ends) for ends in blocks.ends], np.int32) for blocks in self._levels]
+        for level, first, last in parts:
+            uses[level][self._levels[level].places(first, last)] += 1
+        total = sum(blocks.bytes_of_all(each > 0) for blocks, each in zip(self._levels, uses, strict=True))
+        self._uses = uses if total > self.room else None
+
+    def pass_by(self, level: int, first: Triple, last: Triple) -> None:
+        """Say that a part that was expected will not be asked for."""
+        if self._uses is not None:
+            places = self._levels[level].places(first, last)
+            self._uses[level][places] -= 1
+            unused = np.argwhere(self._uses[level][places] <= 0) + [part.start for part in places]
+            self._drop([(level, z, y, x) for z, y, x in unused.tolist()])
+
+    def ask(self, level: int, first: Triple, last: Triple, hidden: Hidden | None = None) -> Assembly | None:
+        """Begin to read the samples first … last - 1 of a level, along x, y, z; None if there is no room for it now.
+
+        `hidden` says what is not read if it is not there already. Whoever has used it, or no longer wants it, has to
+        say so to `done`.
+        """
+        blocks = self._levels[level]
+        wanted, unread, has_holes = self._sorted_out(level, blocks.places(first, last), hidden)
+        part_bytes = math.prod(b - a for a, b in zip(first, last, strict=True)) * blocks.dtype.itemsize
+        self._wanted.update(wanted)
+        if not self._make_room(wanted, part_bytes):
+            self._let_go(wanted)
+            return None
+        z, y, x = blocks.ends
+        pieces = [Piece(z[k], y[j], x[i], self._held(level, (k, j, i))) for _, k, j, i in wanted]
+        pieces += [blocks.unread(place) for place in unread]
+        self._bytes += part_bytes
+        self.reading.peak_bytes = max(self.reading.peak_bytes, self._bytes)
+        buffer = self._buffer(part_bytes)
+        return Assembly(level, first, last, blocks.dtype, pieces, wanted, part_bytes, buffer, has_holes)
+
+    def done(self, assembly: Assembly, reuse: bool = False) -> None:
+        """Let the blocks of a part go when others need room; with `reuse` its samples may be overwritten."""
+        self._let_go(assembly.blocks)
+        self._bytes -= assembly.bytes
+        self.pass_by(assembly.level, assembly.first, assembly.last)
+        if reuse and assembly.buffer is not None:
+            self._buffers.append(assembly.buffer)
+
+    def part(self, level: int, first: Triple, last: Triple) -> Volume:
         """Return the samples first … last - 1 of a level, along x, y, z, as a volume where they lie in the world.
-
-        Parameters
-        ----------
-        asked : bool
-            True if `ask` was told of it, and agreed.
 
         Raises
         ------
@@ -121,20 +131,25 @@ class SampleCache:
         NoRoomError
             If the budget has no room for one part.
         """
-        blocks = self._blocks_of(level, first, last)
-        if not asked:
-            self._wanted.update(blocks)
+        assembly = self.ask(level, first, last)
+        if assembly is None:
+            raise self.no_room(level, first, last)
         try:
-            if not self._make_room(blocks):
-                whole = sum(self._bytes_of(block) for block in blocks)
-                raise NoRoomError(
-                    f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of samples of one brick "
-                    f"and its margin, got {self.room / 1e6:.3g} MB"
-                )
-            return self.volume.placed(level, first, self._assembled(level, first, last, blocks))
+            return self.volume.placed(level, first, assembly.values())
         finally:
-            self._wanted.subtract(blocks)
-            self._wanted += Counter()  # without those that nobody wants
+            self.done(assembly)
+
+    def no_room(self, level: int, first: Triple, last: Triple) -> NoRoomError:
+        """Return the error of a part that the budget has no room for."""
+        blocks = self._levels[level]
+        lengths = [
+            [b - a for a, b in ends[part]] for ends, part in zip(blocks.ends, blocks.places(first, last), strict=True)
+        ]
+        whole = math.prod(map(sum, lengths)) * blocks.dtype.itemsize
+        return NoRoomError(
+            f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of samples of one brick "
+            f"and its margin, got {self.room / 1e6:.3g} MB"
+        )
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -151,138 +166,96 @@ class SampleCache:
     def close(self) -> None:
         """End the threads and forget all samples."""
         self._pool.shutdown(wait=True, cancel_futures=True)
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget all samples; nobody may want any."""
         self._blocks.clear()
         self._wanted.clear()
+        self._buffers.clear()
         self._bytes = 0
 
-    def _assembled(self, level: int, first: Triple, last: Triple, blocks: list[Block]) -> NDArray:
-        for block in blocks:
-            self.reading.hits += not self._begin(block, first, last)
-        start = np.array(first[::-1])
-        values = np.empty(tuple(np.array(last[::-1]) - start), self.volume.levels[level].source.dtype)
-        for block in blocks:
-            held = self._blocks[block]
+    def _sorted_out(
+        self, level: int, places: Box, hidden: Hidden | None
+    ) -> tuple[list[Block], list[tuple[int, int, int]], bool]:
+        """Return the blocks at some places that are read and the places of the others; True if any is hidden."""
+        blocks = self._levels[level]
+        low = np.array([part.start for part in places])
+        shape = [part.stop - part.start for part in places]
+        matters = np.ones(shape, np.bool_) if blocks.needed is None else blocks.needed[places].copy()
+        has_holes = False
+        if hidden is not None:
+            asked = np.array([at for at in (np.argwhere(matters) + low).tolist() if (level, *at) not in self._blocks])
+            if asked.size:
+                ends = [np.array(each)[at] for each, at in zip(blocks.ends, asked.T, strict=True)]
+                behind = asked[hidden(level, np.stack(ends[::-1], axis=2).astype(np.float64))] - low
+                matters[tuple(behind.T)] = False
+                has_holes = bool(behind.size)
+        wanted: list[Block] = [(level, z, y, x) for z, y, x in (np.argwhere(matters) + low).tolist()]
+        return wanted, [(z, y, x) for z, y, x in (np.argwhere(~matters) + low).tolist()], has_holes
+
+    def _held(self, level: int, place: tuple[int, int, int]) -> Held:
+        """Return a block that is there or on the way; begin to read it if it is neither."""
+        block = (level, *place)
+        held = self._blocks.get(block)
+        if held is not None and not held.has_failed:
+            self.reading.hits += 1
             self._blocks.move_to_end(block)
-            self._wait_for(block, held)
-            ends = zip(held.low, held.high, start, values.shape, strict=True)
-            inner = [slice(max(a, s), min(b, s + n)) for a, b, s, n in ends]
-            into = tuple(slice(i.start - s, i.stop - s) for i, s in zip(inner, start, strict=True))
-            values[into] = held.values[
-                tuple(slice(i.start - a, i.stop - a) for i, a in zip(inner, held.low, strict=True))
-            ]
-        return values
-
-    def _wait_for(self, block: Block, held: _Held) -> None:
-        start = None if held.is_there else time.perf_counter()
-        try:
-            for each in held.coming:
-                each.result()
-            held.coming.clear()
-        except BaseException:
-            self._forget(block)  # so that the next picture tries again
-            raise
-        finally:
-            if start is not None:
-                self.reading.seconds_waited += time.perf_counter() - start
-
-    def _begin(self, block: Block, first: Triple, last: Triple) -> bool:
-        """Begin to read the chunks of a block that a part needs; False if they are there or on the way."""
-        level = block[0]
-        own = self.volume.levels[level]
-        chunk = own.source.chunk_shape
-        if block in self._blocks and self._blocks[block].has_failed:
+            return held
+        if held is not None:
             self._forget(block)  # try again
-        if block not in self._blocks:
-            low, high = self._box_of(block)
-            self._blocks[block] = _Held(low, high, chunk, own.source.dtype)
-            self._bytes += self._bytes_of(block)
-            self.reading.peak_bytes = max(self.reading.peak_bytes, self._bytes)
-        held = self._blocks[block]
-        wanted = zip(first[::-1], last[::-1], held.low, held.high, chunk, strict=True)
-        box = tuple(slice((max(a, low) - low) // n, -(-(min(b, high) - low) // n)) for a, b, low, high, n in wanted)
-        missing = np.zeros_like(held.asked)
-        missing[box] = ~held.asked[box]
-        if not missing.any():
-            return False
-        held.asked |= missing
-        needed = self._needed[level]
-        offset = [a // n for a, n in zip(held.low, chunk, strict=True)]
-        if needed is not None:
-            at = tuple(slice(o, o + n) for o, n in zip(offset, missing.shape, strict=True))
-            assert own.statistics is not None, "what does not matter is known from statistics"
-            for position in np.argwhere(missing & ~needed[at]).tolist():
-                least = own.statistics.minimum[tuple(a + b for a, b in zip(position, offset, strict=True))]
-                held.values[_in_block(held, chunk, position, [each + 1 for each in position])] = least
-            missing &= needed[at]
-        self.reading.chunks_decoded += int(missing.sum())
-        for ends in _boxes_of(missing):
-            held.coming.append(self._pool.submit(_read, own.source, held, _in_block(held, chunk, *ends)))
-        return True
+        blocks = self._levels[level]
+        self.reading.chunks_decoded += 1
+        held = Held(self._begin(blocks.source, blocks.box(place)))
+        self._blocks[block] = held
+        self._bytes += blocks.bytes(place)
+        return held
 
-    def _make_room(self, blocks: list[Block]) -> bool:
-        """Let blocks go that nobody wants until there is room for some; False if that is not enough."""
-        needed = sum(self._bytes_of(block) for block in blocks if block not in self._blocks)
+    def _begin(self, source: SampleSource, box: Box) -> Coming:
+        """Begin to read a box in the background, by the source itself if it can."""
+        begin: Callable[[Box], Coming] | None = getattr(source, "begin", None)
+        return begin(box) if begin is not None else self._pool.submit(source.read, box)
+
+    def _buffer(self, count: int) -> NDArray[np.uint8] | None:
+        """Return memory for so many bytes that has been touched before, if there is any."""
+        for number, buffer in enumerate(self._buffers):
+            if buffer.nbytes >= count:
+                return self._buffers.pop(number)
+        self._buffers.clear()
+        return None
+
+    def _make_room(self, blocks: list[Block], more: int) -> bool:
+        """Let blocks go that nobody wants until there is room for some and `more` bytes; False if there is not."""
+        needed = more + sum(self._levels[block[0]].bytes(block[1:]) for block in blocks if block not in self._blocks)
         if self._bytes + needed <= self.room:
             return True
-        for block in list(self._blocks):
-            if self._wanted[block] <= 0 and self._blocks[block].is_there:
+        gone, missing = [], self._bytes + needed - self.room
+        for block, held in self._blocks.items():
+            if block not in self._wanted and held.is_there:
+                gone.append(block)
+                missing -= self._levels[block[0]].bytes(block[1:])
+                if missing <= 0:
+                    break
+        for block in gone:
+            self._forget(block)
+        return missing <= 0
+
+    def _drop(self, blocks: list[Block]) -> None:
+        """Forget blocks that no part will need, if they are there."""
+        for block in blocks:
+            held = self._blocks.get(block)
+            if held is not None and held.is_there and block not in self._wanted:
                 self._forget(block)
-                if self._bytes + needed <= self.room:
-                    return True
-        return False
+
+    def _let_go(self, blocks: list[Block]) -> None:
+        self._wanted.subtract(blocks)
+        for block in blocks:
+            if self._wanted[block] <= 0:
+                del self._wanted[block]
 
     def _forget(self, block: Block) -> None:
         del self._blocks[block]
-        self._bytes -= self._bytes_of(block)
-
-    def _blocks_of(self, level: int, first: Triple, last: Triple) -> list[Block]:
-        shape = self.block_shapes[level]
-        axes = [range(a // n, -(-b // n)) for a, b, n in zip(first[::-1], last[::-1], shape, strict=True)]
-        return [(level, z, y, x) for z, y, x in product(*axes)]
-
-    def _box_of(self, block: Block) -> tuple[Triple, Triple]:
-        """First and last sample of a block along z, y, x."""
-        shape, whole = self.block_shapes[block[0]], self.volume.levels[block[0]].source.shape
-        low = tuple(position * n for position, n in zip(block[1:], shape, strict=True))
-        high = tuple(min(a + n, most) for a, n, most in zip(low, shape, whole, strict=True))
-        return low, high  # type: ignore[return-value]
-
-    def _bytes_of(self, block: Block) -> int:
-        low, high = self._box_of(block)
-        samples = math.prod(b - a for a, b in zip(low, high, strict=True))
-        return samples * self.volume.levels[block[0]].source.dtype.itemsize
+        self._bytes -= self._levels[block[0]].bytes(block[1:])
 
     def _bytes_of_sources(self) -> int:
         return sum({id(level.source): level.source.bytes_read for level in self.volume.levels}.values())
-
-
-def _read(source: SampleSource, held: _Held, box: Box) -> None:
-    """Read a box of a block's samples into it."""
-    z, y, x = (slice(a.start + low, a.stop + low) for a, low in zip(box, held.low, strict=True))
-    held.values[box] = source.read((z, y, x))
-
-
-def _in_block(held: _Held, chunk: Triple, low: Sequence[int], high: Sequence[int]) -> Box:
-    """Return the samples of a block, counted from its first, that are those of some of its chunks."""
-    ends = zip(low, high, chunk, held.values.shape, strict=True)
-    z, y, x = (slice(int(a) * n, min(int(b) * n, most)) for a, b, n, most in ends)
-    return z, y, x
-
-
-def _boxes_of(chunks: NDArray[np.bool_]) -> list[tuple[list[int], list[int]]]:
-    """Return first and last chunk of boxes of chunks: one for all if they fill it, else one for each chunk."""
-    positions = np.argwhere(chunks)
-    if not len(positions):
-        return []
-    low, high = positions.min(axis=0), positions.max(axis=0) + 1
-    if chunks[tuple(slice(a, b) for a, b in zip(low, high, strict=True))].all():
-        return [(low.tolist(), high.tolist())]
-    return [(position.tolist(), (position + 1).tolist()) for position in positions]
-
-
-def _block_shape(source: SampleSource, most_bytes: float) -> Triple:
-    """Whole chunks, as cubic as may be, within some bytes."""
-    shape = list(source.chunk_shape)
-    while 2 * math.prod(shape) * source.dtype.itemsize <= most_bytes:
-        shape[shape.index(min(shape))] *= 2
-    return shape[0], shape[1], shape[2]

@@ -13,11 +13,12 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.bricks import Brick
-from texvol.slicing.coverage import pixels_of
+from texvol.slicing.coverage import pixel_boxes_of, pixels_of
 from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
 _LEAST = 2.0**-24  # transmittance that float32 tells from none
+_FEW_DRAWN = 4  # bricks, after which the picture is read again
 AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
 
 
@@ -35,7 +36,8 @@ class Screen:
         self._opaque = np.zeros((size[1], size[0]), np.bool_)
         self._known: dict[Brick, tuple[tuple[slice, slice], NDArray[np.bool_]]] = {}
         self._changed = False
-        self._read: NDArray[np.float32] | None = None
+        self._open: NDArray[np.int32] | None = None  # pixels above and to the left that are not opaque
+        self._drawn_since = 0  # bricks, after that was worked out
         self._compositor: Compositor | None = None
         self.hidden = 0
         self._snapshots = [np.zeros((size[1], size[0]), np.float32)]  # opacity after every AHEAD regions
@@ -71,9 +73,30 @@ class Screen:
                 pending[here] += np.where(covers[there], self._depth_of(each, None), 0.0)
         return bool(((pending >= self._enough) | ~mask).all())
 
+    @property
+    def tells_chunks(self) -> bool:
+        """True if `are_behind` may find anything."""
+        return self._may_be_opaque and bool((self._deepest >= self._enough).any())
+
+    def are_behind(self, parts: Box) -> NDArray[np.bool_]:
+        """Return which parts of the box only pixels may show that were opaque a few bricks ago.
+
+        `parts` are low and high corners in fractions of the box, shape (n, 2, 3).
+        """
+        if self._open is None or self._drawn_since >= _FEW_DRAWN:
+            self._update()
+            clear = np.pad(~self._opaque, ((1, 0), (1, 0)))
+            self._open = clear.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)
+            self._drawn_since = 0
+        low, high = pixel_boxes_of(self._scene.volume, self._scene.camera, self._size, parts)
+        (x0, y0), (x1, y1) = low.T, high.T
+        table = self._open
+        return table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0] == 0
+
     def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
         """Remember that a brick of a range of values has been drawn."""
         self._compositor, self._changed = compositor, True
+        self._drawn_since += 1
         where, mask = self._pixels(brick)
         self._deepest[where][mask] += self._depth_of(brick, values)
         self._known.pop(brick, None)
@@ -131,7 +154,7 @@ def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond:
     `beyond` is how far matter is seen from its place, in samples of level 0 along x, y, z. Where nothing shows in a
     chunk nothing shows between its samples and the next ones around, whatever its own samples are.
     """
-    shows = _chunks_that_show(scene, volume)
+    shows = chunks_that_show(scene, volume)
     if shows is None:
         return None
     statistics = volume.levels[0].statistics
@@ -165,7 +188,7 @@ def region_shows(
     box = region.box(volume.dimensions)
     if _is_cut_away(scene, volume, box + np.outer([-1, 1], margin / np.array(volume.dimensions))):
         return False
-    shows = _chunks_that_show(scene, volume)
+    shows = chunks_that_show(scene, volume)
     if shows is not None:
         statistics = volume.levels[0].statistics
         assert statistics is not None
@@ -179,7 +202,29 @@ def region_shows(
     return columns.stop > columns.start
 
 
-def _chunks_that_show(scene: CompleteScene, volume: LargeVolume) -> NDArray[np.bool_] | None:
+def shown_box(
+    scene: CompleteScene, volume: LargeVolume, first: NDArray[np.intp], last: NDArray[np.intp]
+) -> NDArray[np.float64] | None:
+    """Return the box of level 0's samples around all chunks that show anything from `first` to `last`, shape (2, 3).
+
+    None where nothing is known, or nothing shows. All are along x, y, z.
+    """
+    shows = chunks_that_show(scene, volume)
+    if shows is None:
+        return None
+    statistics = volume.levels[0].statistics
+    assert statistics is not None
+    chunk = np.array(statistics.chunk_shape[::-1])
+    low = np.maximum(first, 0) // chunk
+    (x0, y0, z0), (x1, y1, z1) = low, -(-last // chunk)
+    z, y, x = np.nonzero(shows[z0:z1, y0:y1, x0:x1])
+    if not z.size:
+        return None
+    ends = [[x.min(), y.min(), z.min()], [x.max() + 1, y.max() + 1, z.max() + 1]]
+    return (np.array(ends) + low) * chunk.astype(np.float64)
+
+
+def chunks_that_show(scene: CompleteScene, volume: LargeVolume) -> NDArray[np.bool_] | None:
     """Return which chunks of level 0 may show anything, shape (cz, cy, cx); None where nothing is known."""
     statistics = volume.levels[0].statistics
     if statistics is None:

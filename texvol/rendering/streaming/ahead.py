@@ -1,0 +1,150 @@
+"""Parts of a picture in the order in which they are drawn: the next ones are read and prepared by threads meanwhile."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Generator
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.opengl.part_store import Part, PartStore, Prepared
+from texvol.rendering.streaming.assembly import Assembly
+from texvol.rendering.streaming.parts import PictureOfParts
+from texvol.rendering.streaming.sample_cache import SampleCache
+from texvol.rendering.streaming.visibility import AHEAD, Screen
+from texvol.slicing.bricks import Brick
+from texvol.slicing.regions import Region
+
+
+@dataclass
+class Coming:
+    """A part that is about to be drawn: the brick, the same of the finest level, and what is being prepared."""
+
+    finest: Brick
+    brick: Brick
+    assembly: Assembly | None = None  # None: it was on the device when it was looked for
+    prepared: Future[Prepared] | None = None
+
+
+class PartsAhead:
+    """Threads that prepare parts, and what they need of one volume; to be used by one thread."""
+
+    def __init__(self, cache: SampleCache, parts: PartStore) -> None:
+        self._cache, self._parts = cache, parts
+        self._pool = ThreadPoolExecutor(4, "texvol-prepare")
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def in_order(self, order: list[Region], screen: Screen, picture: PictureOfParts) -> Generator[Coming, None, None]:
+        """Yield the parts that are to be drawn, in order.
+
+        Raises
+        ------
+        NoRoomError
+            If the budget has no room for one part.
+        """
+        waiting, ahead = deque(enumerate(order)), deque[Coming]()
+        try:
+            while waiting or ahead:
+                while waiting and len(ahead) < AHEAD:
+                    number, region = waiting[0]
+                    finest = picture.brick(region, 0)
+                    if screen.hides(finest):
+                        waiting.popleft()
+                        self._pass_by(region, picture)
+                        continue
+                    if ahead and screen.may_hide(finest, [each.finest for each in ahead]):
+                        break  # read only once it is known to be seen
+                    brick = picture.brick(region, picture.level(region, partial(screen.seen, finest, number)))
+                    coming = Coming(finest, brick)
+                    if self.known(coming, picture) is None and not self._ask(coming, screen, picture, bool(ahead)):
+                        break
+                    ahead.append(coming)
+                    waiting.popleft()
+                if ahead:
+                    yield ahead.popleft()
+                screen.has_come_to(waiting[0][0] - len(ahead) if waiting else len(order))
+        finally:
+            for each in ahead:
+                self._forget(each)
+
+    def known(self, coming: Coming, picture: PictureOfParts) -> Part | None:
+        """Return the part if it is on the device."""
+        return self._parts.known(
+            coming.brick, picture.texels(coming.brick.level), picture.scene.classification, picture.view
+        )
+
+    def part(self, coming: Coming, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
+        """Return the part on the device, when it has been prepared; `everything` as for `PartStore.added`.
+
+        Raises
+        ------
+        InputError
+            If a chunk cannot be read.
+        NoRoomError
+            If the budget has no room for the part.
+        """
+        known = self.known(coming, picture) if coming.prepared is None else None
+        if known is not None:
+            return known
+        if coming.prepared is None:  # it had to go for others
+            self._ask(coming, screen, picture, False)
+        assert coming.prepared is not None and coming.assembly is not None
+        start = None if coming.prepared.done() else perf_counter()
+        try:
+            prepared = coming.prepared.result()
+            texels = picture.texels(coming.brick.level)
+            view = picture.view if coming.assembly.has_holes else ""
+            return self._parts.added(coming.brick, texels, prepared, everything, view)
+        finally:
+            if start is not None:
+                self._cache.reading.seconds_waited += perf_counter() - start
+            self._forget(coming)
+
+    def _ask(self, coming: Coming, screen: Screen, picture: PictureOfParts, may_fail: bool) -> bool:
+        """Begin to read and prepare a part; return False if it may fail and there is no room for it now."""
+        brick = coming.brick
+        where = brick.level, brick.stored_first, brick.stored_last
+        hidden = partial(_hidden, screen, picture)
+        coming.assembly = self._cache.ask(*where, hidden if screen.tells_chunks else None)
+        if coming.assembly is None:
+            if may_fail:
+                return False
+            raise self._cache.no_room(*where)
+        coming.prepared = self._pool.submit(self._prepared, coming.assembly, picture, brick)
+        return True
+
+    def _prepared(self, assembly: Assembly, picture: PictureOfParts, brick: Brick) -> Prepared:
+        volume = picture.volume.placed(assembly.level, assembly.first, assembly.values())
+        return picture.prepared(volume, brick)
+
+    def _pass_by(self, region: Region, picture: PictureOfParts) -> None:
+        """Tell the samples that a region is not needed."""
+        if picture.settings.level_error is None:
+            brick = picture.brick(region, picture.level(region, lambda: 1.0))
+            self._cache.pass_by(brick.level, brick.stored_first, brick.stored_last)
+
+    def _forget(self, coming: Coming) -> None:
+        """Give back what a part holds, when its thread has ended."""
+        if coming.prepared is not None and not coming.prepared.cancel():
+            wait([coming.prepared])
+        if coming.assembly is not None:
+            self._cache.done(coming.assembly, reuse=True)
+        coming.assembly = coming.prepared = None
+
+
+def _hidden(screen: Screen, picture: PictureOfParts, level: int, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which boxes of samples of a level, (n, 2, 3) along x, y, z, no ray comes to that is not opaque yet."""
+    own = picture.volume.levels[level]
+    factor, first = np.array(own.factor), np.array(own.first)
+    reach = picture.margin + factor  # a sample is seen as far as the next one, half a slab and gradients
+    low = first + factor * boxes[:, 0] - reach
+    high = first + factor * (boxes[:, 1] - 1) + reach
+    return screen.are_behind((np.stack([low, high], axis=1) + 0.5) / np.array(picture.volume.dimensions))

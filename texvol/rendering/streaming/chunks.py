@@ -1,0 +1,63 @@
+"""Grid of a level's chunks."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.rendering.streaming.assembly import Ends, Piece
+from texvol.scene.large_volume import Box, Level, Triple
+
+Place = tuple[int, int, int]  # of a chunk in the grid, along z, y, x
+
+
+class Chunks:
+    """Places and sizes of a level's chunks, and which of them matter."""
+
+    def __init__(self, level: Level) -> None:
+        self.source, self._statistics = level.source, level.statistics
+        self.dtype, self.shape = level.source.dtype, level.source.chunk_shape
+        self.ends: list[list[Ends]] = [
+            [(at, min(at + n, count)) for at in range(0, count, n)]
+            for n, count in zip(self.shape, level.source.shape, strict=True)
+        ]
+        self.needed: NDArray[np.bool_] | None = None  # chunks that matter
+
+    def need(self, chunks: NDArray[np.bool_] | None) -> None:
+        """Say which chunks matter, shape (cz, cy, cx); None for all."""
+        self.needed = chunks
+
+    def places(self, first: Triple, last: Triple) -> Box:
+        """Return the chunks that hold the samples first … last - 1, along x, y, z, as slices of the grid."""
+        z, y, x = (slice(a // n, -(-b // n)) for a, b, n in zip(first[::-1], last[::-1], self.shape, strict=True))
+        return z, y, x
+
+    def box(self, place: Place) -> Box:
+        """Return the samples of a chunk."""
+        z, y, x = (slice(*ends[at]) for ends, at in zip(self.ends, place, strict=True))
+        return z, y, x
+
+    def bytes(self, place: Place) -> int:
+        """Return what a chunk takes."""
+        (a, b), (c, d), (e, f) = (ends[at] for ends, at in zip(self.ends, place, strict=True))
+        return (b - a) * (d - c) * (f - e) * self.dtype.itemsize
+
+    def bytes_of_all(self, chosen: NDArray[np.bool_]) -> int:
+        """Return what the chunks take that are chosen and matter."""
+        lengths = [np.array([b - a for a, b in ends]) for ends in self.ends]
+        matters = chosen if self.needed is None else chosen & self.needed
+        return int(np.einsum("zyx,z,y,x", matters.astype(np.int64), *lengths)) * self.dtype.itemsize
+
+    def unread(self, place: Place) -> Piece:
+        """Return what stands for a chunk that is not read: its least value.
+
+        Between that and the samples around nothing shows where nothing shows in the chunk.
+        """
+        z, y, x = (ends[at] for ends, at in zip(self.ends, place, strict=True))
+        return Piece(z, y, x, None, 0.0 if self._least is None else float(self._least[place]))
+
+    @cached_property
+    def _least(self) -> NDArray[np.float64] | None:
+        return None if self._statistics is None else np.nan_to_num(self._statistics.minimum)
