@@ -37,7 +37,7 @@ _AT_FIRST = 64 << 20  # bytes of the textures that follow each other where there
 
 @dataclass
 class Prepared:
-    """What a brick's textures are made from; it is prepared without the context, by any thread."""
+    """Texels and empty space of a brick, prepared without the context, by any thread."""
 
     baked: BakedTexture
     empty_space: EmptySpace | None  # its own; None where it has none

@@ -1,4 +1,4 @@
-"""What all parts of a picture of a large volume have in common, and how one of them is prepared and drawn."""
+"""Parts of a picture of a large volume: texels and empty space that they have in common or of their own."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
-import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
+from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing, DrawnVolume, View
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.part_store import Part, Prepared, shown_part
@@ -43,10 +43,10 @@ class PictureOfParts(RegionsOfPicture):
     """Drawing of a picture, texels and empty space of its parts."""
 
     def __init__(
-        self, gl: moderngl.Context, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume
+        self, context: Context, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume
     ) -> None:
         super().__init__(stored_scene(with_settled_light(scene)), size, settings, volume)
-        self._gl = gl
+        self._gl = context.gl
         scene = self.scene
         thickness = settings.slab_thickness
         self.drawing = Drawing(

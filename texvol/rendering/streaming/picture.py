@@ -118,7 +118,7 @@ class StreamedPictures:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
         cache, ahead = self._prepared(volume)
-        picture = PictureOfParts(self._context.gl, scene, size, settings, volume)
+        picture = PictureOfParts(self._context, scene, size, settings, volume)
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
         self._formats, self.lost_digits = set(), 0.0
