@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
-from texvol.slicing.cells import Cells, Shown
+from texvol.slicing.cells import Cells, Shown, skips_of
 from texvol.textures.distribution import Spread
 
 
@@ -31,7 +31,7 @@ class EmptySpace:
         """Return the empty space of a volume of which it is known which cells may show, shape (cz, cy, cx)."""
         space = cls(gl)
         space._visible = visible
-        space._skips = None if visible.all() else Cells.skips(visible)
+        space._skips = None if visible.all() else skips_of(visible)
         return space
 
     def prepare(

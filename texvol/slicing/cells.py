@@ -97,26 +97,30 @@ class Cells:
         # Texels of gradients may be rounded to 16 bits of the largest.
         return np.nan_to_num(most + _ROUNDED * most.max(), nan=np.inf, posinf=np.inf)
 
-    @staticmethod
-    def skips(visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
-        """Return 2 r + visible for each octant of directions and each cell, shape (2 cz, 2 cy, 2 cx).
+    def skips(self, visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
+        """Return `skips_of` cells of which it is known which are visible."""
+        return skips_of(visible)
 
-        All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
-        is for directions that go up along it, the second for those that go down.
-        """
-        empty = np.where(visible, np.uint8(0), np.uint8(255))
-        alike = np.stack([empty, ~empty])
-        reach = np.ones((8, *visible.shape), np.uint8)
-        for _ in range(_FARTHEST_SKIP - 1):
-            alike = _eroded(alike)
-            of_a_kind = alike[0] | alike[1]
-            if not of_a_kind.any():
-                break
-            for octant in range(8):
-                reach[octant] += of_a_kind >> octant & 1
-        cz, cy, cx = visible.shape
-        by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
-        return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
+
+def skips_of(visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
+    """Return 2 r + visible for each octant of directions and each cell, shape (2 cz, 2 cy, 2 cx).
+
+    All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
+    is for directions that go up along it, the second for those that go down.
+    """
+    empty = np.where(visible, np.uint8(0), np.uint8(255))
+    alike = np.stack([empty, ~empty])
+    reach = np.ones((8, *visible.shape), np.uint8)
+    for _ in range(_FARTHEST_SKIP - 1):
+        alike = _eroded(alike)
+        of_a_kind = alike[0] | alike[1]
+        if not of_a_kind.any():
+            break
+        for octant in range(8):
+            reach[octant] += of_a_kind >> octant & 1
+    cz, cy, cx = visible.shape
+    by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
+    return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
 
 
 def cell_side(samples: float) -> int:
