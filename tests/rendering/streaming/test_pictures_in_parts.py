@@ -158,3 +158,20 @@ def test_the_oracle_reads_what_its_rays_pass(volume: Volume, lighting: Lighting 
     truth = raycast(scene, SIZE)[pixels[:, 1], pixels[:, 0]]
     assert_allclose(found, truth, atol=1e-12)
     assert finest.reads.sum() < finest.reads.size
+
+
+def test_chunks_behind_opaque_pixels_are_left_out_for_one_view(renderer: Renderer) -> None:
+    """A slab of fog that is opaque in its front: what is left out for one view is read for another."""
+    values = np.full((64, 64, 64), 200, np.uint8)
+    volume = Volume(values, name="block")
+    points = '{"value": 0, "color": [1, 1, 1], "extinction": 0}, {"value": 255, "color": [1, 0.5, 0], "extinction": 8}'
+    dense = TransferFunction.loads(f'{{"points": [{points}]}}')
+    stored, (finest, *_) = large(volume, chunk=8)
+    front = Scene(stored, dense, Camera.framing(volume, eye=volume.centre + [0, -200, 0]), classification="post")
+    drawn = renderer.render(front, SIZE, level=0)
+    assert 0 < finest.reads.sum() < finest.reads.size
+    assert_allclose(drawn, renderer.render(replace(front, volume=volume), SIZE), atol=ROUNDING)
+    behind = replace(front, camera=Camera.framing(volume, eye=volume.centre + [0, 200, 0]))
+    assert_allclose(
+        renderer.render(behind, SIZE, level=0), renderer.render(replace(behind, volume=volume), SIZE), atol=ROUNDING
+    )
