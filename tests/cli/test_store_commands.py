@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.stores import field
+from support.stores import field, write_ome
 
 import texvol
 from texvol.__main__ import main
@@ -58,3 +58,15 @@ def test_typical_samples_are_those_of_a_coarse_level(store: str) -> None:
     # Halved samples of a field that changes over tenths of its side: a fiftieth of its range of 240.
     found, fine = units.typical_samples(volume), units.typical_samples(Volume(field(152)))
     assert np.abs(np.percentile(found, [5, 50, 95]) - np.percentile(fine, [5, 50, 95])).max() < 5
+
+
+def test_shifted_levels_are_told_when_they_have_been_drawn(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The finest level alone says nothing of the others, and a plan reads no samples."""
+    path = str(write_ome(tmp_path / "v.ome.zarr", field(64), shift=None))
+    line = ["render", path, "--tf", "fog", "--size", "16x16"]
+    output = ["-o", str(tmp_path / "picture.png")]
+    told = []
+    for words in ([*output], [*output, "--level", "1"], [*output, "--level", "0"], ["--plan"]):
+        assert main([*line, *words]) == 0
+        told.append("note: level 1 lies 0.5 samples of level 0 along x, y, z off" in capsys.readouterr().err)
+    assert told == [True, True, False, False]

@@ -217,3 +217,18 @@ def test_a_renderer_uploads_only_what_it_draws(monkeypatch: pytest.MonkeyPatch) 
         assert stats["bricks_drawn"] == drawn
         assert stores[0].uploads == drawn, "nor to count samples"
         assert stats["texture_bytes"] == stores[0].bytes
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.int8])
+def test_eight_bits_are_interpolated_in_single_precision(renderer: Renderer, dtype: type) -> None:
+    """A ramp that 8-bit weights, as Mesa's software driver likes them, would move by up to a hundredth."""
+    values = np.random.default_rng(3).integers(0, 256, (9, 10, 11)).astype(np.uint8).view(dtype)
+    low = float(np.iinfo(dtype).min)
+    medium = TransferFunction([low, low + 255], [(1, 0.5, 0.2), (0.2, 0.5, 1)], [0, 0.4])
+    camera = Camera.framing(Volume(values))
+    pictures = [
+        renderer.render(Scene(Volume(each), medium, camera, classification="post"), (40, 40), texture_format=kind)
+        for each, kind in ((values, "auto"), (values.astype(np.float32), "rgba32f"))
+    ]
+    # Some 30 slabs, each rounded to single precision in another order.
+    np.testing.assert_allclose(pictures[0], pictures[1], atol=2e-5)

@@ -30,7 +30,7 @@ from texvol.rendering.settings import (
     checked_termination,
 )
 from texvol.rendering.streaming.kinds import in_parts_or_memory
-from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
+from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
@@ -196,7 +196,7 @@ class Renderer:
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
         level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate, coarser_by_pixels)
-        settings = with_levels(complete, size, settings, level_asked)
+        settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post = complete, of == "post"
         with self._context:

@@ -161,17 +161,19 @@ def test_the_oracle_reads_what_its_rays_pass(volume: Volume, lighting: Lighting 
 
 
 def test_chunks_behind_opaque_pixels_are_left_out_for_one_view(renderer: Renderer) -> None:
-    """A slab of fog that is opaque in its front: what is left out for one view is read for another."""
-    values = np.full((64, 64, 64), 200, np.uint8)
-    volume = Volume(values, name="block")
-    points = '{"value": 0, "color": [1, 1, 1], "extinction": 0}, {"value": 255, "color": [1, 0.5, 0], "extinction": 8}'
-    dense = TransferFunction.loads(f'{{"points": [{points}]}}')
+    """A wall before half of a region: the chunks behind it are not read, though others of their region are."""
+    values = np.full((96, 96, 96), 20, np.uint8)
+    values[:, :32, :24] = 255
+    volume = Volume(values, name="wall")
+    points = [(0, 0.0), (100, 0.01), (255, 8.0)]
+    medium = TransferFunction(*zip(*[(value, (1, 0.5, 0), extinction) for value, extinction in points], strict=True))
     stored, (finest, *_) = large(volume, chunk=8)
-    front = Scene(stored, dense, Camera.framing(volume, eye=volume.centre + [0, -200, 0]), classification="post")
+    front = Scene(stored, medium, Camera.framing(volume, eye=volume.centre + [0, -200, 0]), classification="post")
     drawn = renderer.render(front, SIZE, level=0)
-    assert 0 < finest.reads.sum() < finest.reads.size
+    assert finest.reads[9:11, 10:, 1].sum() == 0 < finest.reads[9:11, 10:, 3].min()
     assert_allclose(drawn, renderer.render(replace(front, volume=volume), SIZE), atol=ROUNDING)
     behind = replace(front, camera=Camera.framing(volume, eye=volume.centre + [0, 200, 0]))
     assert_allclose(
         renderer.render(behind, SIZE, level=0), renderer.render(replace(behind, volume=volume), SIZE), atol=ROUNDING
     )
+    assert finest.reads[9:11, 10:, 1].min() == 1

@@ -49,7 +49,7 @@ _METER = _Meter()
 
 
 @dataclass(frozen=True)
-class ReadAhead:
+class PendingBox:
     """Samples of a box that are being read in the background."""
 
     source: TensorSource
@@ -116,9 +116,9 @@ class TensorSource(ChunkedSource):
         """Return a part of the array; raise FileFault if a chunk cannot be read."""
         return self._received(self.store[index].read(order="C"))
 
-    def begin(self, box: Box) -> ReadAhead:
+    def begin(self, box: Box) -> PendingBox:
         """Begin to read the samples of a box; TensorStore reads and decodes them in threads of its own."""
-        return ReadAhead(self, box, self.store[self.layout.stored(box)].read(order="C"))
+        return PendingBox(self, box, self.store[self.layout.stored(box)].read(order="C"))
 
     def finish(self, box: Box, future: Any) -> NDArray:
         """Return the samples of a box that are being read; raise InputError, as `read` does."""

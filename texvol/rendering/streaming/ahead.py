@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Generator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
@@ -22,7 +23,7 @@ from texvol.slicing.regions import Region
 
 
 @dataclass
-class Coming:
+class PendingPart:
     """A part that is about to be drawn: the brick, the same of the finest level, and what is being prepared."""
 
     finest: Brick
@@ -36,13 +37,15 @@ class PartsAhead:
 
     def __init__(self, cache: SampleCache, parts: PartStore) -> None:
         self._cache, self._parts = cache, parts
-        self._pool = ThreadPoolExecutor(4, "texvol-prepare")
+        self._pool = ThreadPoolExecutor(min(AHEAD, os.cpu_count() or 1), "texvol-prepare")
 
     def close(self) -> None:
         """End the threads."""
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def in_order(self, order: list[Region], screen: Screen, picture: PictureOfParts) -> Generator[Coming, None, None]:
+    def in_order(
+        self, order: list[Region], screen: Screen, picture: PictureOfParts
+    ) -> Generator[PendingPart, None, None]:
         """Yield the parts that are to be drawn, in order.
 
         Raises
@@ -50,7 +53,7 @@ class PartsAhead:
         NoRoomError
             If the budget has no room for one part.
         """
-        waiting, ahead = deque(enumerate(order)), deque[Coming]()
+        waiting, ahead = deque(enumerate(order)), deque[PendingPart]()
         try:
             while waiting or ahead:
                 while waiting and len(ahead) < AHEAD:
@@ -63,10 +66,10 @@ class PartsAhead:
                     if ahead and screen.may_hide(finest, [each.finest for each in ahead]):
                         break  # read only once it is known to be seen
                     brick = picture.brick(region, picture.level(region, partial(screen.seen, finest, number)))
-                    coming = Coming(finest, brick)
-                    if self.known(coming, picture) is None and not self._ask(coming, screen, picture, bool(ahead)):
+                    pending = PendingPart(finest, brick)
+                    if self.known(pending, picture) is None and not self._ask(pending, screen, picture, bool(ahead)):
                         break
-                    ahead.append(coming)
+                    ahead.append(pending)
                     waiting.popleft()
                 if ahead:
                     yield ahead.popleft()
@@ -75,13 +78,13 @@ class PartsAhead:
             for each in ahead:
                 self._forget(each)
 
-    def known(self, coming: Coming, picture: PictureOfParts) -> Part | None:
+    def known(self, pending: PendingPart, picture: PictureOfParts) -> Part | None:
         """Return the part if it is on the device."""
         return self._parts.known(
-            coming.brick, picture.texels(coming.brick.level), picture.scene.classification, picture.view
+            pending.brick, picture.texels(pending.brick.level), picture.scene.classification, picture.view
         )
 
-    def part(self, coming: Coming, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
+    def part(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
         """Return the part on the device, when it has been prepared; `everything` as for `PartStore.added`.
 
         Raises
@@ -91,34 +94,35 @@ class PartsAhead:
         NoRoomError
             If the budget has no room for the part.
         """
-        known = self.known(coming, picture) if coming.prepared is None else None
+        known = self.known(pending, picture) if pending.prepared is None else None
         if known is not None:
             return known
-        if coming.prepared is None:  # it had to go for others
-            self._ask(coming, screen, picture, False)
-        assert coming.prepared is not None and coming.assembly is not None
-        start = None if coming.prepared.done() else perf_counter()
+        if pending.prepared is None:  # it had to go for others
+            self._ask(pending, screen, picture, False)
+        assert pending.prepared is not None and pending.assembly is not None
+        start = None if pending.prepared.done() else perf_counter()
         try:
-            prepared = coming.prepared.result()
-            texels = picture.texels(coming.brick.level)
-            view = picture.view if coming.assembly.has_holes else ""
-            return self._parts.added(coming.brick, texels, prepared, everything, view)
-        finally:
+            prepared = pending.prepared.result()
             if start is not None:
                 self._cache.reading.seconds_waited += perf_counter() - start
-            self._forget(coming)
+            texels = picture.texels(pending.brick.level)
+            view = picture.view if pending.assembly.has_holes else ""
+            return self._parts.added(pending.brick, texels, prepared, everything, view)
+        finally:
+            self._forget(pending)
 
-    def _ask(self, coming: Coming, screen: Screen, picture: PictureOfParts, may_fail: bool) -> bool:
+    def _ask(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, may_fail: bool) -> bool:
         """Begin to read and prepare a part; return False if it may fail and there is no room for it now."""
-        brick = coming.brick
+        brick = pending.brick
         where = brick.level, brick.stored_first, brick.stored_last
-        hidden = partial(_hidden, screen, picture)
-        coming.assembly = self._cache.ask(*where, hidden if screen.tells_chunks else None)
-        if coming.assembly is None:
+        # Counts of slabs are added up and tell nothing of what is opaque.
+        hidden = partial(_hidden, screen, picture) if screen.tells_chunks and not picture.drawing.count else None
+        pending.assembly = self._cache.ask(*where, hidden)
+        if pending.assembly is None:
             if may_fail:
                 return False
             raise self._cache.no_room(*where)
-        coming.prepared = self._pool.submit(self._prepared, coming.assembly, picture, brick)
+        pending.prepared = self._pool.submit(self._prepared, pending.assembly, picture, brick)
         return True
 
     def _prepared(self, assembly: Assembly, picture: PictureOfParts, brick: Brick) -> Prepared:
@@ -127,17 +131,17 @@ class PartsAhead:
 
     def _pass_by(self, region: Region, picture: PictureOfParts) -> None:
         """Tell the samples that a region is not needed."""
-        if picture.settings.level_error is None:
+        if picture.knows_levels:
             brick = picture.brick(region, picture.level(region, lambda: 1.0))
             self._cache.pass_by(brick.level, brick.stored_first, brick.stored_last)
 
-    def _forget(self, coming: Coming) -> None:
+    def _forget(self, pending: PendingPart) -> None:
         """Give back what a part holds, when its thread has ended."""
-        if coming.prepared is not None and not coming.prepared.cancel():
-            wait([coming.prepared])
-        if coming.assembly is not None:
-            self._cache.done(coming.assembly, reuse=True)
-        coming.assembly = coming.prepared = None
+        if pending.prepared is not None and not pending.prepared.cancel():
+            wait([pending.prepared])
+        if pending.assembly is not None:
+            self._cache.done(pending.assembly, reuse=True)
+        pending.assembly = pending.prepared = None
 
 
 def _hidden(screen: Screen, picture: PictureOfParts, level: int, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -147,4 +151,5 @@ def _hidden(screen: Screen, picture: PictureOfParts, level: int, boxes: NDArray[
     reach = picture.margin + factor  # a sample is seen as far as the next one, half a slab and gradients
     low = first + factor * boxes[:, 0] - reach
     high = first + factor * (boxes[:, 1] - 1) + reach
-    return screen.are_behind((np.stack([low, high], axis=1) + 0.5) / np.array(picture.volume.dimensions))
+    parts = (np.stack([low, high], axis=1) + 0.5) / np.array(picture.volume.dimensions)
+    return screen.are_behind(np.clip(parts, 0.0, 1.0))

@@ -15,7 +15,7 @@ from texvol.scene.large_volume import Triple
 Ends = tuple[int, int]  # first sample along an axis, and the one behind the last
 
 
-class Coming(Protocol):
+class Pending(Protocol):
     """Samples that are being read in the background."""
 
     def done(self) -> bool:
@@ -26,47 +26,37 @@ class Coming(Protocol):
 
 
 class Held:
-    """A block in memory or on the way; methods may be called by any thread."""
+    """A chunk in memory or on the way; methods may be called by any thread."""
 
-    def __init__(self, coming: Coming) -> None:
-        self._coming: Coming | None = coming
+    def __init__(self, pending: Pending) -> None:
+        self._pending: Pending | None = pending
         self._values: NDArray | None = None
         self._lock = threading.Lock()
-        self.has_failed = False  # True if it could not be read
 
     @property
     def is_there(self) -> bool:
         """True if it is not on the way."""
-        coming = self._coming
-        return coming is None or coming.done()
+        pending = self._pending
+        return pending is None or pending.done()
 
     def samples(self) -> NDArray:
-        """Wait for the samples and return them; raise InputError if the block cannot be read."""
+        """Wait for the samples and return them; raise InputError if the chunk cannot be read."""
         with self._lock:
-            if self._coming is not None:
-                try:
-                    self._values = self._coming.result()
-                except BaseException:
-                    self.has_failed = True
-                    raise
-                self._coming = None
+            if self._pending is not None:
+                self._values = self._pending.result()
+                self._pending = None
             assert self._values is not None
             return self._values
 
 
 class Piece(NamedTuple):
-    """A box of samples, ends along each axis: a block, or, without `held`, samples that are all the `least` value."""
+    """A box of samples, ends along each axis: a chunk, or, without `held`, samples that are all the `least` value."""
 
     z: Ends
     y: Ends
     x: Ends
     held: Held | None = None
     least: float = 0.0
-
-    @property
-    def ends(self) -> tuple[Ends, Ends, Ends]:
-        """Ends along z, y, x."""
-        return self.z, self.y, self.x
 
 
 @dataclass
@@ -78,7 +68,7 @@ class Assembly:
     last: Triple
     dtype: np.dtype
     pieces: Sequence[Piece]
-    blocks: list[Any]  # that the cache has to keep until `done`
+    chunks: list[Any]  # that the cache has to keep until `done`
     bytes: int
     buffer: NDArray[np.uint8] | None  # memory that may be used
     has_holes: bool  # True if something was left out that could not be seen

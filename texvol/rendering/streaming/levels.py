@@ -85,7 +85,6 @@ def with_levels(
     if level_error is not None:
         if level not in ("auto", 0):
             raise InputError(f"level must be auto where an error decides it, got {level!r}")
-        volume.remark_on_levels()
         return replace(settings, level_error=level_error)
     given = asked.slabs is not None and asked.max_error is None
     number = settled_level(scene, size, level, settings.slab_thickness if given else None)
@@ -96,9 +95,22 @@ def with_levels(
     if coarser is None and level == "auto":  # slabs are as thick everywhere: if they decide, so are all samples apart
         coarser = number == settled_level(scene, size, level, None)
     thickness = min(thickness, 2 * volume.radius)
-    if number or coarser:
-        volume.remark_on_levels()
     return replace(settings, level=number, coarser_by_pixels=coarser or None, slab_thickness=thickness)
+
+
+def with_levels_told(
+    scene: CompleteScene, size: tuple[int, int], settings: Settings, asked: LevelsAskedFor
+) -> Settings:
+    """Return `with_levels` of a picture that is drawn now.
+
+    If coarse levels may be in it the command tells at its end which of them lie elsewhere than they say.
+    """
+    settings, volume = with_levels(scene, size, settings, asked), scene.volume
+    if isinstance(volume, LargeVolume) and (
+        settings.level or settings.coarser_by_pixels or settings.level_error is not None or volume.source.get("level")
+    ):
+        volume.remark_on_levels()
+    return settings
 
 
 def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str, most_apart: float | None) -> int:

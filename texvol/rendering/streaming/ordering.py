@@ -14,7 +14,7 @@ from texvol.rendering.streaming.visibility import region_shows, shown_box
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
-from texvol.slicing.bricks import Brick
+from texvol.slicing.bricks import Brick, Triple
 from texvol.slicing.regions import Region, brick_of, margin_of
 
 Size = tuple[int, int]
@@ -36,7 +36,7 @@ class RegionsOfPicture:
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
         self.levels: dict[Region, int] = {}
-        self._shown: dict[Region, NDArray[np.float64] | None] = {}
+        self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
@@ -71,16 +71,22 @@ class RegionsOfPicture:
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""
         # `integrated` looks at values anywhere in a slab, and shows what is between them.
-        shown = None if level or self.beyond.any() else self._shown_samples(region)
+        shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
+        if shown is not None:
+            shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
         return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
 
-    def _shown_samples(self, region: Region) -> NDArray[np.float64] | None:
-        """Return the first sample of level 0 that a region needs, and the one behind the last; None if not known."""
-        if region not in self._shown:
+    @property
+    def knows_levels(self) -> bool:
+        """True if no level depends on what has been drawn before."""
+        return self.settings.level_error is None
+
+    def shown_samples(self, first: Triple, last: Triple) -> NDArray[np.float64] | None:
+        """Return the box of chunks that show anything from one sample of level 0 to another: see `shown_box`."""
+        if (first, last) not in self._shown:
             reach = np.ceil(self.margin).astype(int)
-            box = shown_box(self.scene, self.volume, np.array(region.first) - reach, np.array(region.last) + reach)
-            self._shown[region] = None if box is None else box + np.outer([-1, 1], reach + 1)
-        return self._shown[region]
+            self._shown[first, last] = shown_box(self.scene, self.volume, first - reach, last + reach)
+        return self._shown[first, last]
 
 
 def with_settled_light(scene: CompleteScene) -> CompleteScene:

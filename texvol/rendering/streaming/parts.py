@@ -19,7 +19,7 @@ from texvol.rendering.render import bake, draw_brick, draw_together
 from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.ordering import RegionsOfPicture, with_settled_light
-from texvol.rendering.streaming.visibility import chunks_that_show, shown_box
+from texvol.rendering.streaming.visibility import chunks_that_show
 from texvol.rendering.volume_cache import shown_of
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
@@ -127,13 +127,11 @@ class PictureOfParts(RegionsOfPicture):
             return None, brick.stored_box
         steps = baked.steps if isinstance(baked, ValueTexture) else None
         if self.visible_chunks is not None and brick.level == 0 and steps is None:
-            reach = np.ceil(self.margin).astype(int)
-            box = shown_box(self.scene, self.volume, np.array(brick.first) - reach, np.array(brick.last) + reach)
-            low, high = brick.stored_box
+            box = self.shown_samples(brick.first, brick.last)
             if box is None:
                 return None, None
-            box /= self.volume.dimensions
-            return None, np.array([np.maximum(box[0], low), np.minimum(box[1], high)])
+            (low, high), ends = box / np.array(self.volume.dimensions), brick.stored_box
+            return None, np.array([np.maximum(low, ends[0]), np.minimum(high, ends[1])])
         of_samples = float(np.prod(self.volume.levels[brick.level].source.shape, dtype=float))
         empty_space = EmptySpace(self._gl)
         empty_space.prepare(volume, *shown_of(scene), None, steps, of_samples, spread)
@@ -147,7 +145,7 @@ class PictureOfParts(RegionsOfPicture):
         return x, y, z
 
     def _find_range(self, volume: Volume, brick: Brick) -> None:
-        """Have a part know the range of its values, from the store's statistics where these tell it."""
+        """Have a part know the range of its values, so that the thread that draws does not work it out."""
         statistics = self.volume.levels[brick.level].statistics
         if statistics is None or volume.dtype.kind == "f" or "value_range" in vars(volume):
             _ = volume.value_range

@@ -129,11 +129,9 @@ class StreamedPictures:
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
         cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
-        if settings.level_error is None:  # else levels are known when the parts before have been drawn
-            bricks = [picture.brick(region, picture.level(region, lambda: 1.0)) for region in order]
-            cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
-        else:
-            cache.expect([])
+        # Where an error decides levels these are known when the parts before have been drawn.
+        bricks = [picture.brick(each, picture.level(each, lambda: 1.0)) for each in order if picture.knows_levels]
+        cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
         screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)
         try:
             with cache.counted():
@@ -160,13 +158,13 @@ class StreamedPictures:
     def _draw_all(self, order: list[Region], screen: Screen, ahead: PartsAhead, picture: PictureOfParts) -> None:
         everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
         with closing(ahead.in_order(order, screen, picture)) as parts:
-            for coming in parts:
+            for pending in parts:
                 with self._watch.timed("bake"):
-                    part = ahead.part(coming, screen, picture, everything)
+                    part = ahead.part(pending, screen, picture, everything)
                 self._note(part)
                 if part.shown is not None:
                     picture.draw(self.compositor, part)
-                    screen.has_drawn(self.compositor, coming.brick, part.baked.volume.value_range)
+                    screen.has_drawn(self.compositor, pending.brick, part.baked.volume.value_range)
                 self.tell(self.drawn.drawn / max(len(order) - screen.hidden, 1))
 
     def _note(self, part: Part) -> None:

@@ -35,7 +35,7 @@ class Plan:
     bytes: int  # of the samples in these chunks
     bytes_total: int  # of all samples of level 0
     memory: int  # bytes that samples may take
-    least_memory: int  # that the samples of one region and its margin take
+    least_memory: int  # that one region with its margin and the chunks that it is in take
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -99,8 +99,13 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
     for region, number in zip(order, levels, strict=True):
         brick, own = picture.brick(region, number), volume.levels[number]
         ends = zip(brick.stored_first[::-1], brick.stored_last[::-1], own.source.chunk_shape, strict=True)
-        chunks[number][tuple(slice(a // n, -(-b // n)) for a, b, n in ends)] = True
-        least = max(least, int(np.prod(brick.texture_size)) * volume.dtype.itemsize)
+        where = tuple(slice(a // n, -(-b // n)) for a, b, n in ends)
+        chunks[number][where] = True
+        in_chunks = np.prod(
+            [(part.stop - part.start) * n for part, n in zip(where, own.source.chunk_shape, strict=True)]
+        )
+        of_part = np.prod(np.array(brick.stored_last) - brick.stored_first)
+        least = max(least, int(in_chunks + of_part) * volume.dtype.itemsize)
     read = [each if matters is None else each & matters for each, matters in zip(chunks, needed, strict=True)]
     counts = [int(each.sum()) for each in read]
     samples = sum(_samples_of(each, level) for each, (_, level) in zip(read, numbered, strict=True))

@@ -1,8 +1,8 @@
 """Samples of a large volume in memory: read in whole chunks, ahead of use, within a budget.
 
-A chunk is a block here: it is read and decoded in the background and kept until room is needed. The one that has not
-been used for longest goes first, and none that has been asked for and not been used yet. So every chunk is decoded once
-as long as what neighbouring parts have in common fits.
+A chunk is read and decoded in the background and kept until room is needed. The one that has not been used for longest
+goes first, and none that has been asked for and not been used yet. So every chunk is decoded once as long as what
+neighbouring parts have in common fits.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.assembly import Assembly, Coming, Held, Piece
-from texvol.rendering.streaming.chunks import Chunks
+from texvol.rendering.streaming.assembly import Assembly, Held, Pending, Piece
+from texvol.rendering.streaming.chunk_grid import ChunkGrid, Place
 from texvol.scene.large_volume import Box, LargeVolume, SampleSource, Triple
 from texvol.scene.volume import Volume
 from texvol.util.errors import NoRoomError
 
 _MOST_THREADS = 8
 Part = tuple[int, Triple, Triple]  # level, first sample along x, y, z, and the one behind the last
-Block = tuple[int, int, int, int]  # level, and place along z, y, x
+Chunk = tuple[int, int, int, int]  # level, and place along z, y, x
 # Which of some boxes, low and high corners along x, y, z in samples of a level, shape (n, 2, 3), need not be read.
 Hidden = Callable[[int, NDArray[np.float64]], NDArray[np.bool_]]
 
@@ -37,7 +37,7 @@ class Reading:
     """Counts and bytes of samples that were read."""
 
     chunks_decoded: int = 0
-    hits: int = 0  # blocks whose samples were there, or on the way, when they were wanted
+    hits: int = 0  # chunks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
     bytes_read: int = 0  # from the store, as they are stored
@@ -55,14 +55,14 @@ class SampleCache:
 
     def __init__(self, volume: LargeVolume, room: int) -> None:
         self.volume, self.room = volume, room
-        self._levels = [Chunks(level) for level in volume.levels]
+        self._levels = [ChunkGrid(level) for level in volume.levels]
         threads = min(_MOST_THREADS, (os.cpu_count() or 1) + 1)
         self._pool = ThreadPoolExecutor(threads, "texvol-read")
-        self._blocks: OrderedDict[Block, Held] = OrderedDict()
+        self._chunks: OrderedDict[Chunk, Held] = OrderedDict()
         self._bytes = 0
-        self._wanted: Counter[Block] = Counter()  # asked for, and not used yet
+        self._wanted: Counter[Chunk] = Counter()  # asked for, and not used yet
         self._buffers: list[NDArray[np.uint8]] = []  # of parts that are not needed any more
-        self._uses: list[NDArray[np.int32]] | None = None  # of each block of each level, by parts to come
+        self._uses: list[NDArray[np.int32]] | None = None  # of each chunk of each level, by parts to come
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
@@ -71,17 +71,17 @@ class SampleCache:
         The others are not read: their samples become the least value that the store's statistics tell.
         """
         for each, now in zip(self._levels, chunks, strict=True):
-            each.need(now)
+            each.needed = now
 
     def expect(self, parts: Sequence[Part]) -> None:
-        """Say which parts will be asked for, each once: where not all have room, blocks go after their last use.
+        """Say which parts will be asked for, each once: where not all have room, chunks go after their last use.
 
         Memory that is used again is quicker than new memory, and its pages are there.
         """
-        uses = [np.zeros([len(ends) for ends in blocks.ends], np.int32) for blocks in self._levels]
+        uses = [np.zeros([len(ends) for ends in grid.ends], np.int32) for grid in self._levels]
         for level, first, last in parts:
             uses[level][self._levels[level].places(first, last)] += 1
-        total = sum(blocks.bytes_of_all(each > 0) for blocks, each in zip(self._levels, uses, strict=True))
+        total = sum(grid.bytes_of_all(each > 0) for grid, each in zip(self._levels, uses, strict=True))
         self._uses = uses if total > self.room else None
 
     def pass_by(self, level: int, first: Triple, last: Triple) -> None:
@@ -98,24 +98,24 @@ class SampleCache:
         `hidden` says what is not read if it is not there already. Whoever has used it, or no longer wants it, has to
         say so to `done`.
         """
-        blocks = self._levels[level]
-        wanted, unread, has_holes = self._sorted_out(level, blocks.places(first, last), hidden)
-        part_bytes = math.prod(b - a for a, b in zip(first, last, strict=True)) * blocks.dtype.itemsize
+        grid = self._levels[level]
+        wanted, unread, has_holes = self._sorted_out(level, grid.places(first, last), hidden)
+        part_bytes = math.prod(b - a for a, b in zip(first, last, strict=True)) * grid.dtype.itemsize
         self._wanted.update(wanted)
         if not self._make_room(wanted, part_bytes):
             self._let_go(wanted)
             return None
-        z, y, x = blocks.ends
+        z, y, x = grid.ends
         pieces = [Piece(z[k], y[j], x[i], self._held(level, (k, j, i))) for _, k, j, i in wanted]
-        pieces += [blocks.unread(place) for place in unread]
+        pieces += [grid.unread(place) for place in unread]
         self._bytes += part_bytes
         self.reading.peak_bytes = max(self.reading.peak_bytes, self._bytes)
         buffer = self._buffer(part_bytes)
-        return Assembly(level, first, last, blocks.dtype, pieces, wanted, part_bytes, buffer, has_holes)
+        return Assembly(level, first, last, grid.dtype, pieces, wanted, part_bytes, buffer, has_holes)
 
     def done(self, assembly: Assembly, reuse: bool = False) -> None:
-        """Let the blocks of a part go when others need room; with `reuse` its samples may be overwritten."""
-        self._let_go(assembly.blocks)
+        """Let the chunks of a part go when others need room; with `reuse` its samples may be overwritten."""
+        self._let_go(assembly.chunks)
         self._bytes -= assembly.bytes
         self.pass_by(assembly.level, assembly.first, assembly.last)
         if reuse and assembly.buffer is not None:
@@ -141,14 +141,15 @@ class SampleCache:
 
     def no_room(self, level: int, first: Triple, last: Triple) -> NoRoomError:
         """Return the error of a part that the budget has no room for."""
-        blocks = self._levels[level]
+        grid = self._levels[level]
         lengths = [
-            [b - a for a, b in ends[part]] for ends, part in zip(blocks.ends, blocks.places(first, last), strict=True)
+            [b - a for a, b in ends[part]] for ends, part in zip(grid.ends, grid.places(first, last), strict=True)
         ]
-        whole = math.prod(map(sum, lengths)) * blocks.dtype.itemsize
+        samples = math.prod(map(sum, lengths)) + math.prod(b - a for a, b in zip(first, last, strict=True))
+        whole = samples * grid.dtype.itemsize
         return NoRoomError(
-            f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of samples of one brick "
-            f"and its margin, got {self.room / 1e6:.3g} MB"
+            f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of one brick with its "
+            f"margin and of the chunks that it is in, got {self.room / 1e6:.3g} MB"
         )
 
     @property
@@ -170,50 +171,46 @@ class SampleCache:
 
     def forget(self) -> None:
         """Forget all samples; nobody may want any."""
-        self._blocks.clear()
+        self._chunks.clear()
         self._wanted.clear()
         self._buffers.clear()
         self._bytes = 0
 
-    def _sorted_out(
-        self, level: int, places: Box, hidden: Hidden | None
-    ) -> tuple[list[Block], list[tuple[int, int, int]], bool]:
-        """Return the blocks at some places that are read and the places of the others; True if any is hidden."""
-        blocks = self._levels[level]
+    def _sorted_out(self, level: int, places: Box, hidden: Hidden | None) -> tuple[list[Chunk], list[Place], bool]:
+        """Return the chunks at some places that are read and the places of the others; True if any is hidden."""
+        grid = self._levels[level]
         low = np.array([part.start for part in places])
         shape = [part.stop - part.start for part in places]
-        matters = np.ones(shape, np.bool_) if blocks.needed is None else blocks.needed[places].copy()
+        matters = np.ones(shape, np.bool_) if grid.needed is None else grid.needed[places].copy()
         has_holes = False
         if hidden is not None:
-            asked = np.array([at for at in (np.argwhere(matters) + low).tolist() if (level, *at) not in self._blocks])
+            asked = np.array([at for at in (np.argwhere(matters) + low).tolist() if (level, *at) not in self._chunks])
             if asked.size:
-                ends = [np.array(each)[at] for each, at in zip(blocks.ends, asked.T, strict=True)]
+                ends = [np.array(each)[at] for each, at in zip(grid.ends, asked.T, strict=True)]
                 behind = asked[hidden(level, np.stack(ends[::-1], axis=2).astype(np.float64))] - low
                 matters[tuple(behind.T)] = False
                 has_holes = bool(behind.size)
-        wanted: list[Block] = [(level, z, y, x) for z, y, x in (np.argwhere(matters) + low).tolist()]
+        wanted: list[Chunk] = [(level, z, y, x) for z, y, x in (np.argwhere(matters) + low).tolist()]
         return wanted, [(z, y, x) for z, y, x in (np.argwhere(~matters) + low).tolist()], has_holes
 
-    def _held(self, level: int, place: tuple[int, int, int]) -> Held:
-        """Return a block that is there or on the way; begin to read it if it is neither."""
-        block = (level, *place)
-        held = self._blocks.get(block)
-        if held is not None and not held.has_failed:
-            self.reading.hits += 1
-            self._blocks.move_to_end(block)
-            return held
+    def _held(self, level: int, place: Place) -> Held:
+        """Return a chunk that is there or on the way; begin to read it if it is neither."""
+        chunk = (level, *place)
+        held = self._chunks.get(chunk)
         if held is not None:
-            self._forget(block)  # try again
-        blocks = self._levels[level]
+            self.reading.hits += 1
+            self._chunks.move_to_end(chunk)
+            return held
+        grid = self._levels[level]
         self.reading.chunks_decoded += 1
-        held = Held(self._begin(blocks.source, blocks.box(place)))
-        self._blocks[block] = held
-        self._bytes += blocks.bytes(place)
+        held = Held(self._begin(grid.source, grid.box(place)))
+        self._chunks[chunk] = held
+        self._bytes += grid.bytes(place)
         return held
 
-    def _begin(self, source: SampleSource, box: Box) -> Coming:
+    def _begin(self, source: SampleSource, box: Box) -> Pending:
         """Begin to read a box in the background, by the source itself if it can."""
-        begin: Callable[[Box], Coming] | None = getattr(source, "begin", None)
+        begin: Callable[[Box], Pending] | None = getattr(source, "begin", None)
         return begin(box) if begin is not None else self._pool.submit(source.read, box)
 
     def _buffer(self, count: int) -> NDArray[np.uint8] | None:
@@ -224,38 +221,38 @@ class SampleCache:
         self._buffers.clear()
         return None
 
-    def _make_room(self, blocks: list[Block], more: int) -> bool:
-        """Let blocks go that nobody wants until there is room for some and `more` bytes; False if there is not."""
-        needed = more + sum(self._levels[block[0]].bytes(block[1:]) for block in blocks if block not in self._blocks)
+    def _make_room(self, chunks: list[Chunk], more: int) -> bool:
+        """Let chunks go that nobody wants until there is room for some and `more` bytes; False if there is not."""
+        needed = more + sum(self._levels[chunk[0]].bytes(chunk[1:]) for chunk in chunks if chunk not in self._chunks)
         if self._bytes + needed <= self.room:
             return True
         gone, missing = [], self._bytes + needed - self.room
-        for block, held in self._blocks.items():
-            if block not in self._wanted and held.is_there:
-                gone.append(block)
-                missing -= self._levels[block[0]].bytes(block[1:])
+        for chunk, held in self._chunks.items():
+            if chunk not in self._wanted and held.is_there:
+                gone.append(chunk)
+                missing -= self._levels[chunk[0]].bytes(chunk[1:])
                 if missing <= 0:
                     break
-        for block in gone:
-            self._forget(block)
+        for chunk in gone:
+            self._forget(chunk)
         return missing <= 0
 
-    def _drop(self, blocks: list[Block]) -> None:
-        """Forget blocks that no part will need, if they are there."""
-        for block in blocks:
-            held = self._blocks.get(block)
-            if held is not None and held.is_there and block not in self._wanted:
-                self._forget(block)
+    def _drop(self, chunks: list[Chunk]) -> None:
+        """Forget chunks that no part will need, if they are there."""
+        for chunk in chunks:
+            held = self._chunks.get(chunk)
+            if held is not None and held.is_there and chunk not in self._wanted:
+                self._forget(chunk)
 
-    def _let_go(self, blocks: list[Block]) -> None:
-        self._wanted.subtract(blocks)
-        for block in blocks:
-            if self._wanted[block] <= 0:
-                del self._wanted[block]
+    def _let_go(self, chunks: list[Chunk]) -> None:
+        self._wanted.subtract(chunks)
+        for chunk in chunks:
+            if self._wanted[chunk] <= 0:
+                del self._wanted[chunk]
 
-    def _forget(self, block: Block) -> None:
-        del self._blocks[block]
-        self._bytes -= self._levels[block[0]].bytes(block[1:])
+    def _forget(self, chunk: Chunk) -> None:
+        del self._chunks[chunk]
+        self._bytes -= self._levels[chunk[0]].bytes(chunk[1:])
 
     def _bytes_of_sources(self) -> int:
         return sum({id(level.source): level.source.bytes_read for level in self.volume.levels}.values())

@@ -13,7 +13,7 @@ from texvol.scene.large_volume import Box, Level, Triple
 Place = tuple[int, int, int]  # of a chunk in the grid, along z, y, x
 
 
-class Chunks:
+class ChunkGrid:
     """Places and sizes of a level's chunks, and which of them matter."""
 
     def __init__(self, level: Level) -> None:
@@ -23,11 +23,7 @@ class Chunks:
             [(at, min(at + n, count)) for at in range(0, count, n)]
             for n, count in zip(self.shape, level.source.shape, strict=True)
         ]
-        self.needed: NDArray[np.bool_] | None = None  # chunks that matter
-
-    def need(self, chunks: NDArray[np.bool_] | None) -> None:
-        """Say which chunks matter, shape (cz, cy, cx); None for all."""
-        self.needed = chunks
+        self.needed: NDArray[np.bool_] | None = None  # chunks that matter, shape (cz, cy, cx); None: all
 
     def places(self, first: Triple, last: Triple) -> Box:
         """Return the chunks that hold the samples first … last - 1, along x, y, z, as slices of the grid."""
