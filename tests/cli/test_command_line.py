@@ -82,7 +82,7 @@ def test_device_options_reach_the_renderer(folder: Path) -> None:
     stats, pictures = {}, {}
     for name, options in {
         "default": [],
-        "bricks": ["--texture-memory", "0.1"],
+        "bricks": ["--texture-memory", "0.05"],
         "early": ["--early-termination", "0.25"],
         "never": ["--early-termination", "0"],
         "everywhere": ["--no-skip-empty"],
@@ -92,7 +92,7 @@ def test_device_options_reach_the_renderer(folder: Path) -> None:
         assert run("render", *line) == 0
         stats[name], pictures[name] = json.loads(Path("s.json").read_text()), image.read("a.exr")
     assert stats["default"]["bricks_total"] == 1 < stats["bricks"]["bricks_total"]
-    assert stats["bricks"]["texture_bytes"] <= 1e5
+    assert stats["bricks"]["texture_bytes"] <= 5e4
     assert (stats["early"]["early_termination"], stats["never"]["early_termination"]) == (0.25, 0)
     assert stats["early"]["samples"] < stats["default"]["samples"] < stats["never"]["samples"]
     assert stats["everywhere"]["samples"] > stats["default"]["samples"] == stats["skipped"]["samples"]

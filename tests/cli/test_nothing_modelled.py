@@ -132,7 +132,7 @@ def test_facts_about_a_volume_take_no_gradient(tmp_path: Any, capsys: pytest.Cap
     assert "dimensions" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("dtype, alone, beside", [("u1", 2, 8), ("i2", 2, 8), ("f4", 4, 16), ("f2", 2, 16)])
+@pytest.mark.parametrize("dtype, alone, beside", [("u1", 1, 8), ("i2", 2, 8), ("f4", 4, 16), ("f2", 2, 16)])
 @pytest.mark.parametrize("kind", ["post", "integrated"])
 def test_a_texture_has_the_bytes_of_what_it_holds(
     renderer: Renderer, kind: Classification, dtype: str, alone: int, beside: int

@@ -184,7 +184,7 @@ def test_labels_go_to_the_faces_of_their_voxels(
     renderers: Renderers, classification: Classification, projection: Projection, more: dict
 ) -> None:
     looks = label_function(LABELS, {2: 0.02, 3: 0.4}, others=0.1)
-    bricked = renderers(0.06 if "lighting" in more else 0.015)
+    bricked = renderers(0.06 if "lighting" in more else 0.0075)
     for camera, rate in ((Camera.framing(LABELS, projection), 2.0), (inside(LABELS, projection), 0.5)):
         scene = Scene(LABELS, looks, camera, classification=classification, **more)
         whole = renderers(None).render(scene, SIZE, sampling_rate=rate)
