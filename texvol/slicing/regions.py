@@ -46,7 +46,9 @@ def regions_of_level(volume: LargeVolume, number: int) -> list[Region]:
     """Return the regions that a volume is drawn in if no part of it is drawn from a finer level."""
     steps = [max(round(each), 1) for each in volume.levels[number].factor]
     nx, ny, nz = (-(-count // step) for count, step in zip(volume.dimensions, steps, strict=True))
-    ends = [(each.position, each.first, each.last) for each in regions_of((nx, ny, nz), most_samples_of(volume))]
+    # A few samples of a coarse level are read and drawn in less time than regions of them take.
+    few = _FEW if number == 0 else 1
+    ends = [(each.position, each.first, each.last) for each in regions_of((nx, ny, nz), most_samples_of(volume), few)]
     return [
         Region(
             position,
@@ -57,10 +59,13 @@ def regions_of_level(volume: LargeVolume, number: int) -> list[Region]:
     ]
 
 
-def regions_of(dimensions: Triple, most_samples: float) -> list[Region]:
-    """Return boxes of the samples of some dimensions, at most so many samples each if their sides allow."""
+def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list[Region]:
+    """Return boxes of the samples of some dimensions, at most so many samples each if their sides allow.
+
+    If there are less than `few` of them they are cut smaller.
+    """
     side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
-    while _count(dimensions, side) < _FEW and max(side) > _SMALL:
+    while _count(dimensions, side) < few and max(side) > _SMALL:
         side = [min(n, max(side) // 2) for n in side]
     while math.prod(side) > most_samples and max(side) > _LEAST_SIDE:
         side[side.index(max(side))] //= 2

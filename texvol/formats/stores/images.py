@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from texvol.formats.readers.samples import FileFault
-from texvol.formats.stores.access import Store, joined
+from texvol.formats.stores.access import METADATA, Store, joined
 from texvol.formats.stores.ome import Image, images_of, ome_attributes
 
 _MOST_NAMED = 12
@@ -71,6 +71,7 @@ def _series(store: Store, ome: dict[str, Any]) -> list[tuple[str, str]]:
 def _labels(store: Store, group: str | None) -> list[str]:
     if group is None:
         return []
+    store.look_up([joined(group, f"labels/{each}") for each in METADATA])
     names = ome_attributes(store.attributes(joined(group, "labels")) or {}).get("labels")
     return [joined("labels", each) for each in names if isinstance(each, str)] if isinstance(names, list) else []
 

@@ -71,7 +71,7 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
     if choice.missing:  # the statistics of the store count values that are missing now
         statistics: list[ChunkStatistics | None] = [None] * len(layouts)
     else:
-        statistics = statistics_of(store, image.group, [each.key for each in image.datasets], layouts)
+        statistics = statistics_of(store, reading.name, image.group, [each.key for each in image.datasets], layouts)
     unit, factors, notes = units.common_length([_unit(image, layouts[0], axis) for axis in range(3)])
     scales = [_spatial(each.scale, layouts[0], factors, 1.0) for each in image.datasets]
     if not image.placed:

@@ -146,7 +146,8 @@ class PictureOfParts(RegionsOfPicture):
 
     def _find_range(self, volume: Volume, brick: Brick) -> None:
         """Have a part know the range of its values, so that the thread that draws does not work it out."""
-        statistics = self.volume.levels[brick.level].statistics
+        # Statistics of a coarse level would be read for this alone.
+        statistics = self.volume.levels[0].statistics if brick.level == 0 else None
         if statistics is None or volume.dtype.kind == "f" or "value_range" in vars(volume):
             _ = volume.value_range
             return
