@@ -70,7 +70,7 @@ class Store:
             self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
 
     def _node_in_root(self, key: str) -> dict[str, Any] | None:
-        """Return what a distant store's root tells of a node of version 3: each one that is asked for takes its time."""
+        """Return what a distant store's root tells of a node of version 3, so that it need not be asked for."""
         group, _, name = key.rpartition("/")
         known = self._json.get("zarr.json") if self.is_remote and group and name == "zarr.json" else None
         found = _consolidated_in(known).get(group)

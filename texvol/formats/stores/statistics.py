@@ -15,7 +15,7 @@ import numpy as np
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import Store, joined, waited
 from texvol.formats.stores.sources import Layout
-from texvol.scene.large_volume import ChunkStatistics, Triple
+from texvol.scene.large_volume import ChunkStatistics
 from texvol.util.errors import InputError
 
 GROUP = "texvol-statistics"
@@ -40,6 +40,14 @@ class StoredStatistics(ChunkStatistics):
     chunk : list of int
         Samples along the axes of that array that each number is of.
     """
+
+    _store: Store
+    _name: str
+    _place: str
+    _layout: Layout
+    _chunk: list[int]
+    _coming: dict[str, Any]  # futures of the arrays, by their names
+    _lock: threading.Lock
 
     def __init__(self, store: Store, name: str, place: str, layout: Layout, chunk: list[int]) -> None:
         self.__dict__ |= {"chunk_shape": layout.spatial(chunk), "_store": store, "_name": name, "_place": place}
