@@ -151,6 +151,7 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
+    volume.expect_overview()  # while the context is opened
     with _renderer(arguments) as renderer:
         picture, depth, sequence_stats = None, None, {}
         if series is None and arguments.orbit is None:

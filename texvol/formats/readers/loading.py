@@ -16,7 +16,7 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
 from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
-from texvol.util.locations import absolute, is_remote, public
+from texvol.util.locations import absolute, public
 from texvol.util.terminal import library_reason
 
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
@@ -120,10 +120,7 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
 
     for key in ("values", "resampling", "colors"):
         del fields[key]
-    volume = LargeVolume(**fields, memory=choice.memory).at_level(choice.level or 0)
-    if is_remote(name):
-        volume.expect_overview()
-    return volume
+    return LargeVolume(**fields, memory=choice.memory).at_level(choice.level or 0)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:
