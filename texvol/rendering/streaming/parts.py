@@ -137,6 +137,10 @@ class PictureOfParts(RegionsOfPicture):
         empty_space.prepare(volume, *shown_of(scene), None, steps, of_samples, spread)
         return empty_space, shown_part(empty_space, brick)
 
+    def leaves_gaps(self, level: int) -> bool:
+        """True if chunks that do not matter are not sampled, but next to one that does: they are skipped as cells."""
+        return level == 0 and self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
+
     @property
     def _chunks_per_box(self) -> tuple[float, float, float]:
         statistics = self.volume.levels[0].statistics
