@@ -77,7 +77,7 @@ class Application:
     """Window with its main loop, a context manager that closes the window."""
 
     def __init__(self, plan: Plan) -> None:
-        self._plan, self._queue = plan, Queue()
+        self._plan, self._queue, self._played = plan, Queue(), Queue()
         self._timed: list[Frame] = []
         width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
         self._closers = contextlib.ExitStack()
@@ -190,21 +190,13 @@ class Application:
     def _events(self) -> list[Event]:
         """Return the events since the last frame, including those played back from a script."""
         events, player = self._queue.take(), self._plan.player
-        # A panel that is changed by an event shows the change one or two frames later.
-        self._lively = _FRAMES_AFTER_EVENT if events else max(self._lively - 1, 0)
-        if player is not None and not player.over:
+        if player is not None and not self._played_back:
             # Events of the real mouse would change the result of the script.
             events = [each for each in events if each.kind in ("close", "resize", "iconify", "focus")]
             if self._begun and self._desk.loading is None:  # a script is meant for the opened scene
-                for item in player.due(self._desk.now, at_rest=self._at_rest):
-                    if isinstance(item, Action):
-                        self._act(item)
-                        continue
-                    events.append(item)
-                    if item.kind == "resize":
-                        self._screen.resize((int(item.x), int(item.y)))
-                    elif item.kind == "iconify":
-                        self._screen.iconify(item.down)
+                events += self._next_played(player)
+        # A panel that is changed by an event shows the change one or two frames later.
+        self._lively = _FRAMES_AFTER_EVENT if events else max(self._lively - 1, 0)
         if self._recorder and events:
             self._recorder.add(events, self._desk.now)
         for event in events:
@@ -213,6 +205,28 @@ class Application:
             elif event.kind == "drop" and event.names:
                 opening.drop(self._desk, event.names, adds="ctrl" in event.modifiers)
         return events
+
+    def _next_played(self, player: Player) -> list[Event]:
+        """Return the events of a script for this frame, or do its next action."""
+        if not self._played:
+            for item in player.due(self._desk.now, at_rest=self._at_rest):
+                if isinstance(item, Action):
+                    self._act(item)
+                else:
+                    self._played.append(item)
+        events = self._played.take()
+        for event in events:
+            if event.kind == "resize":
+                self._screen.resize((int(event.x), int(event.y)))
+            elif event.kind == "iconify":
+                self._screen.iconify(event.down)
+        return events
+
+    @property
+    def _played_back(self) -> bool:
+        """True if no step of a script is left."""
+        player = self._plan.player
+        return (player is None or player.over) and not self._played
 
     @property
     def _at_rest(self) -> bool:
@@ -232,8 +246,7 @@ class Application:
         """True if this frame counts towards `plan.frames`."""
         plan = self._plan
         kept = plan.screenshot is not None and plan.frames is not None and self._frames == plan.frames - 1
-        played = plan.player is None or plan.player.over
-        return self._begun and (self._at_rest or not (kept and played))
+        return self._begun and (self._at_rest or not (kept and self._played_back))
 
     def _act(self, action: Action) -> None:
         if action.do == "screenshot":
@@ -327,8 +340,7 @@ class Application:
 
     def _screenshots(self) -> None:
         plan = self._plan
-        played = plan.player is None or plan.player.over
-        self._over = plan.ends and played and self._at_rest and not self._shots
+        self._over = plan.ends and self._played_back and self._at_rest and not self._shots
         self._over |= plan.frames is not None and self._frames >= plan.frames
         if self._over:
             self._shots += [plan.screenshot] if plan.screenshot else []

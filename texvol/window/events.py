@@ -27,6 +27,12 @@ KEYS = frozenset(
     + ("kp_add", "kp_decimal", "kp_divide", "kp_enter", "kp_equal", "kp_multiply", "kp_subtract")
 )
 
+_LETTERS = frozenset(
+    ("apostrophe", "backslash", "comma", "equal", "grave_accent", "left_bracket", "minus", "period", "right_bracket")
+    + ("semicolon", "slash", "space", "world_1", "world_2", "kp_add", "kp_decimal", "kp_divide", "kp_equal")
+    + ("kp_multiply", "kp_subtract", "left_shift", "right_shift", *(f"kp_{number}" for number in range(10)))
+)  # keys of which text comes, besides letters and digits
+
 
 @dataclass(frozen=True)
 class Event:
@@ -102,10 +108,19 @@ _CONVERT: dict[str, Any] = {
 
 
 class Queue:
-    """Events that wait for the next frame."""
+    """Events that wait for a frame.
+
+    A frame of Dear ImGui knows where the mouse is, which buttons and keys are down, and what was typed, but not in
+    which order that came about; some of its controls hear a click only if the mouse was over them in the frame before.
+    So `take` returns no more events than one frame can tell apart. Letters that are typed fast stay together.
+    """
 
     def __init__(self) -> None:
         self._waiting: deque[Event] = deque()
+
+    def __bool__(self) -> bool:
+        """Return True if events wait."""
+        return bool(self._waiting)
 
     def put(self, event: Event) -> None:
         """Add an event; a move replaces the move directly before it."""
@@ -115,8 +130,40 @@ class Queue:
         else:
             self._waiting.append(event)
 
+    def append(self, event: Event) -> None:
+        """Add an event of a script, of which every move counts: what is played back depends on no frame rate."""
+        self._waiting.append(event)
+
     def take(self) -> list[Event]:
-        """Return all waiting events in order, and empty the queue."""
-        taken = list(self._waiting)
-        self._waiting.clear()
+        """Return the next events in order, as many as belong in one frame."""
+        taken: list[Event] = []
+        while self._waiting and not _comes_later(self._waiting[0], taken):
+            taken.append(self._waiting.popleft())
         return taken
+
+
+_AFTER = {  # kinds of events after which an event of a kind needs another frame
+    "move": {"button", "scroll"},
+    "button": {"move", "button", "scroll", "key", "text"},
+    "scroll": {"move", "button"},
+    "key": {"button", "text"},
+    "text": {"button", "key"},
+}
+
+
+def _comes_later(event: Event, before: list[Event]) -> bool:
+    """True if an event belongs in a later frame than the events before it."""
+    if _is_typed(event):
+        return any(each.kind == "button" for each in before)
+    again = {(each.kind, each.name) for each in before if each.kind == "key"}
+    if (event.kind, event.name) in again:
+        return True
+    return any(
+        each.kind in _AFTER.get(event.kind, ()) and not (each.kind == "key" and _is_typed(each)) for each in before
+    )
+
+
+def _is_typed(event: Event) -> bool:
+    """True for a key whose press is a letter to be typed."""
+    is_letter = len(event.name) == 1 or event.name in _LETTERS
+    return event.kind == "key" and is_letter and not {"ctrl", "alt"} & set(event.modifiers)

@@ -37,6 +37,7 @@ class Interface:
         io = imgui.get_io()
         io.set_ini_filename("")  # do not write imgui.ini
         io.set_log_filename("")
+        io.config_input_trickle_event_queue = False  # `Queue.take` divides events among frames, and more finely
         io.backend_flags |= imgui.BackendFlags_.has_mouse_cursors.value
         imgui.backends.opengl3_init("#version 330")
         platform = imgui.get_platform_io()
@@ -59,8 +60,6 @@ class Interface:
             io.display_framebuffer_scale = imgui.ImVec2(pixels[0] / size[0], pixels[1] / size[1])
         io.delta_time = max(now - self._before, 1e-4)
         self._before = now
-        # With trickling, Dear ImGui would accept only one typed letter in two frames.
-        io.config_input_trickle_event_queue = not any(event.kind == "text" for event in events)
         for event in events:
             _feed(io, event)
         imgui.backends.opengl3_new_frame()

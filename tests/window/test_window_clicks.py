@@ -1,0 +1,104 @@
+"""Clicks of a real mouse: each one is heard, also if it comes at the same time as the move before it."""
+
+from __future__ import annotations
+
+import itertools
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from support.windows import PATIENCE, display, environment, until  # noqa: F401 (display is a fixture)
+
+from texvol.window.events import Event, Queue
+
+# A window whose selected tab is written to a file in each frame.
+_WINDOW = """
+from pathlib import Path
+from texvol.window import application, panels
+
+def told(desk, show=panels.show):
+    show(desk)
+    Path("tab").write_text(desk.panel_state.get("tab", ""))
+    if "Medium" in desk.panel_state.get("tab", ""):
+        Path("begun").touch()
+
+panels.show = told
+with application.Application(application.Plan((400, 300))) as window:
+    window.run()
+"""
+CLICKS = 30
+
+
+@pytest.mark.slow
+def test_tabs_hear_every_click(display: str, tmp_path: Path) -> None:  # noqa: F811
+    if not shutil.which("xdotool"):
+        pytest.skip("xdotool is not installed")
+    environ = environment(display, tmp_path)
+    process = subprocess.Popen([sys.executable, "-c", _WINDOW], cwd=tmp_path, env=environ)
+
+    def does(*words: str) -> None:
+        subprocess.run(["xdotool", *words], env=environ, check=True, timeout=PATIENCE)
+
+    def selected() -> str:
+        return (tmp_path / "tab").read_text()
+
+    try:
+        does("search", "--sync", "--onlyvisible", "--name", "texvol")
+        until((tmp_path / "begun").exists)
+        # The tabs stand in a row from the panel's left edge on: Medium, Scene.
+        heard = 0
+        for x, name in itertools.islice(itertools.cycle(((495, "Scene"), (435, "Medium"))), CLICKS):
+            does("mousemove", str(x), "24", "click", "1")
+            end = time.monotonic() + 2
+            while selected() != name and time.monotonic() < end:
+                time.sleep(0.02)
+            heard += selected() == name
+        assert heard == CLICKS
+    finally:
+        process.kill()
+        process.wait()
+
+
+def taken(*events: Event) -> list[list[Event]]:
+    """Events of each frame."""
+    queue = Queue()
+    for event in events:
+        queue.put(event)
+    frames = []
+    while queue:
+        frames.append(queue.take())
+    return frames
+
+
+MOVE, PRESS, RELEASE = Event("move", 3, 4), Event("button", name="left", down=True), Event("button", name="left")
+
+
+def test_a_click_is_a_frame_after_its_move_and_before_the_next() -> None:
+    assert taken(MOVE, PRESS, RELEASE, MOVE) == [[MOVE], [PRESS], [RELEASE], [MOVE]]
+
+
+def test_letters_that_are_typed_fast_are_one_frame() -> None:
+    typed = [
+        each
+        for name in "abba"
+        for each in (Event("key", name=name, down=True), Event("text", name=name), Event("key", name=name))
+    ]
+    assert taken(*typed) == [typed]
+
+
+@pytest.mark.parametrize("name", ["enter", "tab", "backspace", "left"])
+def test_what_is_typed_before_and_after_a_key_that_edits_is_apart_from_it(name: str) -> None:
+    letter, down, up = Event("text", name="a"), Event("key", name=name, down=True), Event("key", name=name)
+    assert taken(letter, down, up, letter) == [[letter], [down], [up], [letter]]
+    with_ctrl = Event("key", name="a", down=True, modifiers=("ctrl",))
+    assert taken(letter, with_ctrl, letter) == [[letter], [with_ctrl], [letter]]
+
+
+def test_a_script_is_played_back_with_every_move() -> None:
+    queue = Queue()
+    for x in range(3):
+        queue.append(Event("move", x, 0))
+    assert [event.x for event in queue.take()] == [0, 1, 2]
