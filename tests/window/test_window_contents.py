@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json
-import time
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
-from support.windows import PATIENCE, ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
+from support.desks import SIZE, desk_with, done, said, settled
+from support.windows import ball, display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.annotation import Annotation, with_room
 from texvol.formats.readers import load
@@ -18,13 +18,10 @@ from texvol.scene import transfer
 from texvol.util.errors import InputError
 from texvol.window import contents, navigation, opening, recent, saving
 from texvol.window import script as scripts
-from texvol.window.commands import TABS, is_command, run
-from texvol.window.desk import Desk
+from texvol.window.commands import TABS
 from texvol.window.document import opened_file
 from texvol.window.editing import owner_of, with_own
-from texvol.window.steering import Viewport
 
-SIZE = (60, 40)
 ERROR = str(1 / 255)
 
 
@@ -44,40 +41,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     corners = [(2.0, 2.0, 10.0), (20.0, 2.0, 10.0), (2.0, 20.0, 14.0)]
     save_mesh(Mesh(np.array(corners), np.array([(0, 1, 2)])), tmp_path / "sail.ply")
     return tmp_path
-
-
-def desk_with(path: str) -> Desk:
-    """A desk with that file open, and nobody who draws."""
-    nobody: Any = None
-    desk = Desk(nobody, lambda: nobody, lambda: None, lambda text: None)
-    desk.director = cast(Any, type("Quiet", (), {"faults": []})())
-    desk.viewport, desk.pixels = Viewport(0, 0, *SIZE), SIZE
-    opening.open_file(desk, path)
-    return settled(desk)
-
-
-def settled(desk: Desk) -> Desk:
-    """The same, once all is read."""
-    end = time.monotonic() + PATIENCE
-    while desk.loading is not None or desk.waiting:
-        assert time.monotonic() < end, "it was never read"
-        desk.update()
-        time.sleep(0.005)
-    return desk
-
-
-def done(desk: Desk, *commands: str) -> Any:
-    """The document after commands, each when the one before is done."""
-    for command in commands:
-        assert is_command(command)
-        run(desk, command)
-        settled(desk)
-    assert desk.document is not None
-    return desk.document
-
-
-def said(desk: Desk) -> str:
-    return "\n".join(each.text for each in desk.messages)
 
 
 def test_each_thing_that_is_added_is_one_step_back(folder: Path) -> None:
@@ -216,12 +179,12 @@ def test_dropped_volumes_are_asked_about_and_the_rest_is_plain(folder: Path) -> 
     document = desk.document
     assert document is not None
     opening.drop(desk, ["wide.npy"])
-    assert desk.offered == ("wide.npy",) and desk.loading is None
+    assert desk.question is not None and desk.question.text == "wide.npy" and desk.loading is None
     opening.drop(desk, ["sail.ply"])
     assert len(settled(desk).document.scene.geometry) == 1  # type: ignore[union-attr]
     saving.save_scene("saved.toml", document, SIZE)
     opening.drop(desk, ["saved.toml"])
-    assert settled(desk).document is not document and desk.offered == ()
+    assert settled(desk).document is not document and desk.question is None
     empty = desk_with("ball.npy")
     empty.document = None
     opening.drop(empty, ["ball.npy", "wide.npy", "sail.ply"])

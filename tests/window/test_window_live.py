@@ -301,7 +301,8 @@ def test_a_real_mouse_and_keyboard_are_heard_and_recorded(display: str, tmp_path
     eye, target = saved = camera_of(tmp_path / "ball-1.toml")
     assert eye[0] > target[0] and eye[1:] == pytest.approx(target[1:], abs=1e-6)
     # And the same again, played back.
-    (tmp_path / "ball-1.toml").unlink()
+    for name in ("ball-1.toml", "ball-1.tf.json"):
+        (tmp_path / name).unlink()
     done = viewed(display, tmp_path, "ball.npy", "--size", "200x160", "--max-error", "0.02", "--script", "heard.jsonl")
     assert (done.returncode, done.stderr) == (0, "")
     assert camera_of(tmp_path / "ball-1.toml") == saved

@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import commands, navigation, opening, panels, timings
+from texvol.window import closing, commands, exporting, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
@@ -201,7 +201,7 @@ class Application:
             self._recorder.add(events, self._desk.now)
         for event in events:
             if event.kind == "close":
-                self._desk.wants_close = True
+                closing.close(self._desk)
             elif event.kind == "drop" and event.names:
                 opening.drop(self._desk, event.names, adds="ctrl" in event.modifiers)
         return events
@@ -252,7 +252,8 @@ class Application:
         if action.do == "screenshot":
             self._shots.append(action.file)
         elif action.do == "save":
-            commands.run(self._desk, f"save {action.file}")
+            if self._desk.document is not None:  # a script says which files it writes, and is not asked
+                exporting.scene(self._desk, self._desk.document, action.file, asks=False)
         elif action.do == "command":
             commands.run(self._desk, action.name)
         elif action.do == "mark":
@@ -274,13 +275,15 @@ class Application:
 
     def _steer(self, events: list[Event]) -> None:
         desk, document = self._desk, self._desk.document
+        typing = bool(imgui.get_io().want_text_input)
+        modal = desk.hear(events, typing=typing)
         if document is None:
             for event in events:
-                if event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
+                if not modal and event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
                     commands.run(desk, {"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
             return
-        mouse = not imgui.get_io().want_capture_mouse and not desk.gripping
-        free = {"mouse": mouse, "keyboard": not imgui.get_io().want_text_input}
+        mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
+        free = {"mouse": mouse, "keyboard": not typing and not modal}
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))

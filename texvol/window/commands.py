@@ -5,11 +5,10 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import editing, navigation, opening, saving
+from texvol.window import closing, editing, exporting, navigation, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
@@ -43,10 +42,6 @@ def _turning(desk: Desk, _: str) -> None:
     desk.say("turning freely" if desk.steering.free else "turning on a turntable")
 
 
-def _close(desk: Desk, _: str) -> None:
-    desk.wants_close = True
-
-
 def _bring(desk: Desk, tab: str) -> None:
     desk.preferences = replace(desk.preferences, panels=True, tab=tab)
 
@@ -62,7 +57,12 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "turning": _turning,
     "open": lambda desk, path: opening.open_file(desk, path) if path else opening.browse_to_open(desk),
     "add": lambda desk, path: opening.add(desk, path) if path else opening.browse_to_add(desk),
-    "close": _close,
+    "close": lambda desk, _: closing.close(desk),
+    "answer": lambda desk, words: desk.reply(words),
+    "undo": lambda desk, _: desk.step(back=True),
+    "redo": lambda desk, _: desk.step(back=False),
+    "back": lambda desk, _: desk.step(back=True, whole=True),
+    "forward": lambda desk, _: desk.step(back=False, whole=True),
 }
 
 
@@ -82,22 +82,12 @@ def _projection(desk: Desk, document: Document, _: str) -> None:
     document.look(navigation.with_projection(document.view, other, document.scene.box))
 
 
-def _save(desk: Desk, document: Document, path: str) -> None:
-    path = path or saving.scene_name(document)
-    if desk.attempt(lambda: saving.save_scene(path, document, desk.pixels)):
-        document.origin = replace(document.origin, scene_file=path)
-        desk.say(f"saved {Path(path).resolve()}")
-
-
-def _picture(desk: Desk, document: Document, path: str) -> None:
-    path = path or saving.default_name(document, ".png")
-    desk.write(kind="file", size=desk.pixels, accuracy=desk.accuracy, path=path)
-
-
 def _copy(desk: Desk, document: Document, _: str) -> None:
     def copy() -> None:
         words = saving.command_line(document, desk.pixels, desk.accuracy)
         desk.copy(shlex.join(words))
+        assert document.saved is not None
+        desk.own.wrote(saving.files_of(document.saved.path, document))
         desk.say(f"command line copied to the clipboard; its scene file is {words[words.index('--scene') + 1]}")
 
     desk.attempt(copy)
@@ -119,9 +109,7 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "mask": _mask,
     "mode": lambda desk, document, mode: desk.change(**editing.with_mode(document.scene, mode)),
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
-    "undo": lambda desk, document, _: document.undo(),
-    "redo": lambda desk, document, _: document.redo(),
-    "save": _save,
-    "picture": _picture,
+    "save": exporting.scene,
+    "picture": exporting.picture,
     "copy": _copy,
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,12 +15,17 @@ from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.director import Director
 from texvol.window.document import Document
+from texvol.window.events import Event
 from texvol.window.jobs import Answer
+from texvol.window.overwriting import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
+from texvol.window.questions import Question
+from texvol.window.replaced import Replaced, limit
 from texvol.window.screen import Textures
 from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
+from texvol.window.switched import Off
 
 MESSAGE_SECONDS = 8.0
 PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
@@ -104,12 +109,20 @@ class Desk:
         Rectangle of the picture in the window; `pixels` is its size in pixels.
     waiting : list of Loading
         Files to be read after the current one, in order.
-    offered : tuple of str
-        Dropped volumes; the user is asked to open or to add them.
+    questions : list of Question
+        Questions that are not yet answered; the last one is shown.
+    replaced : Replaced
+        Documents before and after the open one, to which undo and redo return.
+    own : OwnFiles
+        Files that may be overwritten unasked.
     clerk : Painter, optional
         Process that writes pictures and films, started when first needed.
     writing : float, optional
         Fraction of a file that is written, from 0 to 1; None if no file is being written.
+    orders : list of dict
+        Files to be written after the current one.
+    closes_when_written : bool
+        True if the window closes as soon as no file is being written.
     is_played : bool
         True if a script is played back.
     gripping : bool
@@ -137,9 +150,13 @@ class Desk:
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
     waiting: list[Loading] = field(default_factory=list)
-    offered: tuple[str, ...] = ()
+    questions: list[Question] = field(default_factory=list)
+    replaced: Replaced = field(default_factory=Replaced)
+    own: OwnFiles = field(default_factory=OwnFiles)
     clerk: Painter | None = None
     writing: float | None = None
+    orders: list[dict[str, Any]] = field(default_factory=list)
+    closes_when_written: bool = False
     wants_close: bool = False
     is_played: bool = False
     gripping: bool = False
@@ -166,13 +183,53 @@ class Desk:
             return False
         return True
 
-    def change(self, stroke: str | None = None, **parts: Any) -> bool:
-        """Change those parts of the scene that differ; return False and show a message if they make no valid scene."""
+    def change(self, stroke: str | None = None, off: Off | None = None, **parts: Any) -> bool:
+        """Change those parts of the scene that differ; return False and show a message if they make no valid scene.
+
+        Parameters
+        ----------
+        off : Off, optional
+            What is switched off after the change, if that differs too.
+        """
         assert self.document is not None
         document = self.document
-        if all(getattr(document.scene, name) == part for name, part in parts.items()):
+        same = off is None or off == document.off
+        if same and all(getattr(document.scene, name) == part for name, part in parts.items()):
             return True
-        return self.attempt(lambda: document.change(stroke, **parts))
+        return self.attempt(lambda: document.change(stroke, off, **parts))
+
+    def ask(self, question: Question) -> None:
+        """Show a question, above those that are not yet answered; a question that is shown already is not repeated."""
+        if self.question is None or self.question.text != question.text:
+            self.questions.append(question)
+        self.wake()
+
+    @property
+    def question(self) -> Question | None:
+        """Question that waits for an answer."""
+        return self.questions[-1] if self.questions else None
+
+    def reply(self, words: str) -> None:
+        """Answer the question; a script may give words that are no answer of it."""
+        question = self.question
+        if question is None or words not in question.words:
+            asked = "no question is asked" if question is None else f"it must be one of: {', '.join(question.words)}"
+            self.say(f"answer {words!r} is not possible: {asked}", fault=True)
+            return
+        self.questions.pop()
+        self.attempt(lambda: question.answer(words))
+
+    def hear(self, events: Iterable[Event], *, typing: bool) -> bool:
+        """Pass events to a dialog, and return True, if one is shown; while the user is `typing`, it hears no keys."""
+        if self.question is None:
+            return False
+        for event in events:
+            if typing or self.question is None:
+                break
+            words = self.question.hear(event)
+            if words is not None:
+                self.reply(words)
+        return True
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
         """Open the document that `make` returns, on a thread; if the `first` one can't be opened, the window ends."""
@@ -216,15 +273,58 @@ class Desk:
         document = self.document
         if document is None:
             return "texvol"
-        name = os.path.basename(os.path.normpath(document.origin.scene_file or document.origin.volume))
-        return f"{name}{'*' if document.unsaved else ''} - texvol"
+        return f"{document.name}{'*' if document.unsaved else ''} - texvol"
 
     def _take(self, name: str, document: Document) -> None:
-        self.document = document
+        before = self.document
+        self.own.learn(document.marks)
+        self._show(document)
         self.messages = [each for each in self.messages if not each.is_fault]
-        self.panel_state.clear()
-        self.offered = ()
+        if before is not None:
+            self.replaced.open(before)
+            self.say(f"opened {document.name}; undo (ctrl-z) returns to {before.name}")
+            limit(self)
         self.attempt(lambda: recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene)))
+
+    def _show(self, document: Document) -> None:
+        self.document = document
+        self.panel_state.clear()
+        self.questions = [each for each in self.questions if not each.of_scene]
+
+    def step(self, *, back: bool, whole: bool = False) -> None:
+        """Undo or redo one step; beyond the first or the last step, return to the document before or after.
+
+        Parameters
+        ----------
+        whole : bool
+            True to return to another document at once, with all steps as they are.
+        """
+        document = self.document
+        if document is None:
+            return
+        if (document.history.past if back else document.history.future) and not whole:
+            (document.undo if back else document.redo)()
+            return
+        other = self.replaced.step(document, back=back)
+        if other is None:
+            return
+        other.fit(self.pixels)
+        self._show(other)
+        returns = f"redo returns to {document.name}" if back else f"undo returns to {document.name}"
+        self.say(f"this is {other.name} again; {returns}")
+
+    def can_step(self, *, back: bool) -> bool:
+        """True if there is a step or another document to return to."""
+        document, replaced = self.document, self.replaced
+        if document is None:
+            return False
+        return bool((document.history.past or replaced.past) if back else (document.history.future or replaced.future))
+
+    @property
+    def documents(self) -> list[Document]:
+        """All documents: replaced ones, the open one, and undone ones."""
+        here = [] if self.document is None else [self.document]
+        return [*self.replaced.past, *here, *reversed(self.replaced.future)]
 
     def _read_next(self) -> None:
         if self.loading is None and self.waiting:
@@ -245,21 +345,26 @@ class Desk:
         browser = Browser(title, chosen, self.wake, folder, saves, typed.name, takes_words=takes_words)
         self.browser = browser
 
-    def write(self, **job: Any) -> None:
-        """Have the clerk write a file."""
-        document = self.document
-        assert document is not None
+    def write(self, document: Document, **job: Any) -> None:
+        """Have the clerk write a file, after those that it has been told of."""
+        job |= {"scene": at_rest(document.scene), "showing": document.showing, "name": document.origin.volume}
+        self.orders.append(job)
+        self._write_next()
+
+    def _write_next(self) -> None:
+        if self.writing is not None or not self.orders:
+            return
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
-        clerk, self.writing = self.clerk, 0.0
-        job |= {"scene": at_rest(document.scene), "showing": document.showing, "name": document.origin.volume}
+        clerk, job, self.writing = self.clerk, self.orders.pop(0), 0.0
         self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:
-        """Cancel writing the file."""
+        """Cancel writing the file, and those that wait to be written."""
         if self.clerk is not None:
             self.clerk.drop()
-        self.writing = None
+        self.writing, self.closes_when_written = None, False
+        self.orders.clear()
 
     def close(self) -> None:
         """End the clerk."""
@@ -282,11 +387,18 @@ class Desk:
         for warning in answer.metadata.get("warnings", ()):
             self.say(warning)
         if answer.kind == "failed":
+            self.closes_when_written = False
             self.say(answer.text, fault=True)
-            return
+        else:
+            self._wrote(answer)
+        self._write_next()
+        self.wants_close |= self.closes_when_written and self.writing is None
+
+    def _wrote(self, answer: Answer) -> None:
         for name in ("picture name", "film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # a new name is proposed
-        numbered = "%" in os.path.basename(answer.text) and "views" in answer.metadata
-        written = f"wrote {answer.metadata['views']} pictures: " if numbered else "wrote "
-        self.say(written + os.path.abspath(answer.text))
+        files = written(answer.text, answer.metadata.get("views"))
+        self.own.wrote(files)
+        count = f"{len(files)} pictures: " if len(files) > 1 else ""
+        self.say(f"wrote {count}{os.path.abspath(answer.text)}")

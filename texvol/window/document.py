@@ -7,6 +7,7 @@ one step of the history. The view is not part of the history: undoing a change o
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
@@ -23,7 +24,9 @@ from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, framed
+from texvol.window.overwriting import Mark, marks_of_scene
 from texvol.window.stand_in import stand_in, with_stand_ins
+from texvol.window.switched import Off
 
 _LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
@@ -58,34 +61,46 @@ class Saved(NamedTuple):
     size: tuple[int, int]
 
 
-class History:
-    """Undo history: `past` scenes, the current one, and undone ones, the `future`."""
+class State(NamedTuple):
+    """Scene, and what is switched off in it."""
 
-    def __init__(self, scene: Scene) -> None:
-        self.past: list[Scene] = []
-        self.future: list[Scene] = []
-        self.now = scene
+    scene: Scene
+    off: Off = Off()
+
+
+class History:
+    """Undo history: `past` states, the current one, and undone ones, the `future`."""
+
+    def __init__(self, state: State) -> None:
+        self.past: list[State] = []
+        self.future: list[State] = []
+        self.now = state
         self._stroke: str | None = None
 
-    def change(self, scene: Scene, stroke: str | None = None) -> None:
-        """Add a scene; a change of the same stroke as the last change belongs to the same step."""
+    def change(self, state: State, stroke: str | None = None) -> None:
+        """Add a state; a change of the same stroke as the last change belongs to the same step."""
         if stroke is None or stroke != self._stroke:
             self.past = [*self.past[-_LONGEST:], self.now]
-        self._stroke, self.now, self.future = stroke, scene, []
+        self._stroke, self.now, self.future = stroke, state, []
 
     def end_stroke(self) -> None:
         """End the stroke: the next change is a new step."""
         self._stroke = None
 
-    def undo(self) -> Scene:
-        """Go one step back, if there is one; return the scene there."""
+    def end(self) -> None:
+        """Forget undone states: something other than a change of the scene has followed."""
+        self.end_stroke()
+        self.future = []
+
+    def undo(self) -> State:
+        """Go one step back, if there is one; return the state there."""
         return self._step(self.past, self.future)
 
-    def redo(self) -> Scene:
-        """Go one step forward, if there is one; return the scene there."""
+    def redo(self) -> State:
+        """Go one step forward, if there is one; return the state there."""
         return self._step(self.future, self.past)
 
-    def _step(self, source: list[Scene], target: list[Scene]) -> Scene:
+    def _step(self, source: list[State], target: list[State]) -> State:
         if source:
             target.append(self.now)
             self.now, self._stroke = source.pop(), None
@@ -119,7 +134,8 @@ class Document:
         self.home: Home | None = None
         self._size = size
         self.view = View.of(scene.camera)
-        self.history = History(scene)
+        self.history = History(State(scene))
+        self.marks: dict[str, Mark | None] = {}  # of the scene's files, as they were read
         self.scene = scene
         self._opened = scene, self.showing
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
@@ -138,6 +154,22 @@ class Document:
         scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
         return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
+
+    @property
+    def name(self) -> str:
+        """Name of the scene file, or of the volume."""
+        return os.path.basename(os.path.normpath(self.origin.scene_file or self.origin.volume))
+
+    @property
+    def off(self) -> Off:
+        """What is switched off."""
+        return self.history.now.off
+
+    @property
+    def scenes(self) -> list[Scene]:
+        """Scenes of the history."""
+        history = self.history
+        return [state.scene for state in (*history.past, history.now, *history.future)]
 
     @property
     def at_home(self) -> bool:
@@ -176,8 +208,8 @@ class Document:
             self.look(view)
             self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
-    def change(self, stroke: str | None = None, **parts: Any) -> None:
-        """Change parts of the scene, by name.
+    def change(self, stroke: str | None = None, off: Off | None = None, **parts: Any) -> None:
+        """Change parts of the scene, by name, and what is switched off.
 
         Raises
         ------
@@ -185,7 +217,7 @@ class Document:
             If the parts make no valid scene; the previous scene stays.
         """
         scene = replace(self.scene, **parts)
-        self.history.change(scene, stroke)
+        self.history.change(State(scene, self.off if off is None else off), stroke)
         self._become(scene)
 
     def show(self, **parts: Any) -> None:
@@ -194,11 +226,11 @@ class Document:
 
     def undo(self) -> None:
         """Undo one step, if there is one."""
-        self._become(replace(self.history.undo(), camera=self.view.camera))
+        self._become(replace(self.history.undo().scene, camera=self.view.camera))
 
     def redo(self) -> None:
         """Redo one step, if there is one."""
-        self._become(replace(self.history.redo(), camera=self.view.camera))
+        self._become(replace(self.history.redo().scene, camera=self.view.camera))
 
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
@@ -217,6 +249,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     InputError
         In the cases in which `texvol render` raises it.
     """
+    marks = marks_of_scene(arguments.scene)  # before the file is read: what changes meanwhile is of others
     options = SceneOptions(arguments)
     if options.has_depth_in:
         raise InputError("--depth-in is of a single view: leave it out of a window")
@@ -226,6 +259,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing, size)
+    document.marks = marks
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
     return document

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +106,7 @@ def points_away(handle: Handle, camera: Camera) -> bool:
     return float(np.array(handle.axis) @ camera.forward) > 0
 
 
-def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, object]:
+def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, Any]:
     """Return the scene's planes after a drag of an arrow's tip; `away`: the drag began with a tip behind the foot."""
     assert handle.plane is not None
     planes = list(scene.clip)
@@ -125,7 +126,7 @@ def _half_height(camera: Camera, point: NDArray[np.float64]) -> float:
     return camera.half_height * max(depth, 0.0)
 
 
-def moved(scene: Scene, handle: Handle, distance: float) -> dict[str, object]:
+def moved(scene: Scene, handle: Handle, distance: float) -> dict[str, Any]:
     """Return the changed parts of the scene with a handle moved along its axis by a distance in world units."""
     if handle.plane is not None:
         planes = list(scene.clip)

@@ -122,6 +122,7 @@ _COLORS = {
     "tab_hovered": (0.28, 0.38, 0.50, 1.0),
     "tab_selected": (0.23, 0.33, 0.45, 1.0),
     "title_bg_active": (0.16, 0.20, 0.25, 1.0),
+    "modal_window_dim_bg": (0.0, 0.0, 0.0, 0.45),
 }
 
 

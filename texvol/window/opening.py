@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from texvol.geometry import load_mesh
@@ -13,8 +13,9 @@ from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.desk import Desk
-from texvol.window.document import opened_file
+from texvol.window.document import Document, opened_file
 from texvol.window.editing import with_own
+from texvol.window.questions import Question
 
 
 def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -> None:
@@ -62,16 +63,30 @@ def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
     for path in paths:
         if contents.kind_of(path) == "scene":
             open_file(desk, path)
-    if desk.document is None and volumes:
-        open_all(desk, volumes)
-    elif volumes and adds:
+    if volumes and adds and desk.document is not None:
         for path in volumes:
             add(desk, path)
+    elif volumes and desk.document is not None:
+        _offer(desk, desk.document, volumes)
     elif volumes:
-        desk.offered = volumes
+        open_all(desk, volumes)
     for path in paths:
         if contents.kind_of(path) in ("mesh", "transfer function"):
             open_file(desk, path)
+
+
+def _offer(desk: Desk, document: Document, paths: tuple[str, ...]) -> None:
+    """Ask whether dropped volumes are to be opened or added."""
+    opens = "open" if len(paths) == 1 else "open as one scene"
+    answers: dict[str, Callable[[], None]] = {
+        opens: lambda: open_all(desk, paths),
+        "add to the scene": lambda: drop(desk, paths, adds=True),
+        "use as a mask of the volume": lambda: mask(desk, document.scene.volume, paths[0]),
+    }
+    if len(paths) > 1 or document.scene.mask is not None:
+        del answers["use as a mask of the volume"]
+    notes = (f"{document.name} is kept: undo returns to it.",)
+    desk.ask(Question(contents.named(paths), answers, notes, of_scene=True))
 
 
 def open_all(desk: Desk, volumes: tuple[str, ...]) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from itertools import count
 from pathlib import Path
 from typing import Any
 
 from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.window.document import Document, Saved
-from texvol.window.scene_writing import scene_files
+from texvol.window.overwriting import unused
+from texvol.window.scene_writing import scene_files, transfer_function_path
 
 # Without these options `texvol render` makes the same choices as the window.
 _OPTIONS = (
@@ -23,8 +23,12 @@ _OPTIONS = (
 def default_name(document: Document, suffix: str) -> str:
     """Return an unused file name in the current folder: the volume's name with a number."""
     stem = Path(document.origin.volume).name.split(".")[0] or "scene"
-    names = (f"{stem}-{number}{suffix}" for number in count(1))
-    return next(name for name in names if not os.path.lexists(name))
+    return unused(stem + suffix, lambda name: files_of(name, document) if suffix == ".toml" else [name])
+
+
+def files_of(path: str, document: Document) -> list[str]:
+    """Return the files that a scene file consists of: itself, and its transfer functions."""
+    return [path, *(str(transfer_function_path(Path(path), number)) for number in range(len(document.scene.volumes)))]
 
 
 def scene_name(document: Document) -> str:

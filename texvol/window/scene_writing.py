@@ -60,6 +60,11 @@ def scene_files(
     return files
 
 
+def transfer_function_path(path: Path, number: int) -> Path:
+    """Return the file of a volume's transfer function beside the scene file at `path`."""
+    return path.with_name(f"{path.stem}.tf{number + 1 if number else ''}.json")
+
+
 def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[str, Any]:
     """Return a volume's file, reading options, position and mask; paths are relative to a folder, or absolute.
 
@@ -102,7 +107,7 @@ def _volume(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> 
     table = volume_table(scene, number, path.parent)
     medium = owner_of(scene, number).transfer_function
     if medium is not None:
-        beside = path.with_name(f"{path.stem}.tf{number + 1 if number else ''}.json")
+        beside = transfer_function_path(path, number)
         files[beside] = (json.dumps(medium.as_json(), indent=1) + "\n").encode()
         table["tf"] = beside.name
     return table

@@ -36,7 +36,7 @@ def show(desk: Desk) -> None:
     if desk.preferences.help:
         overlay.keys(desk)
     dialogs.browse(desk)
-    dialogs.offer(desk)
+    dialogs.ask(desk)
     grips.drag(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False

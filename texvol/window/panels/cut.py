@@ -6,8 +6,8 @@ import numpy as np
 from imgui_bundle import imgui
 
 from texvol.scene.cutting import ClipPlane
-from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.window import switched
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.handles import bounds
@@ -18,7 +18,7 @@ from texvol.window.panels import parts
 def show(desk: Desk, document: Document) -> None:
     """Show the Cut tab."""
     scene = document.scene
-    _crop(desk, scene)
+    _crop(desk, document)
     _planes(desk, document)
     if scene.mode == "composite" and (scene.crop or scene.clip):
         imgui.separator()
@@ -29,12 +29,13 @@ def show(desk: Desk, document: Document) -> None:
         parts.note(hint + turns)
 
 
-def _crop(desk: Desk, scene: Scene) -> None:
+def _crop(desk: Desk, document: Document) -> None:
     imgui.separator_text("Crop box")
+    scene = document.scene
     limits = bounds(scene.box)
     on = parts.switch("crop box", scene.crop is not None)
     if on != (scene.crop is not None):
-        desk.change(crop=limits if on else None)
+        desk.change(**switched.crop_switched(scene, document.off, limits))
     elif scene.crop is not None:
         ranges = list(scene.crop)
         for axis, name in enumerate("xyz"):
@@ -47,24 +48,30 @@ def _crop(desk: Desk, scene: Scene) -> None:
 
 def _planes(desk: Desk, document: Document) -> None:
     imgui.separator_text("Clip planes")
-    scene, planes = document.scene, []
-    for position, plane in enumerate(scene.clip):
+    scene = document.scene
+    planes: list[tuple[ClipPlane, bool]] = []
+    for position, (plane, was_on) in enumerate(switched.all_planes(scene, document.off)):
         imgui.push_id(position)
-        edited = _plane(plane, scene.box)
+        on = parts.switch(f"plane {position + 1}", was_on)
+        imgui.set_item_tooltip("a plane that is switched off cuts nothing and stays in this list")
+        imgui.same_line()
         taken = imgui.small_button("remove")
         imgui.same_line()
-        if imgui.small_button("other side"):
-            edited = ClipPlane(triple(np.negative(plane.normal)), -plane.offset)
+        turns = imgui.small_button("other side")
+        imgui.set_item_tooltip("cut away what is on the other side of the plane")
+        edited = ClipPlane(triple(np.negative(plane.normal)), -plane.offset) if turns else plane
+        if was_on and not turns:
+            edited = _plane(plane, scene.box)
         imgui.pop_id()
         if not taken:
-            planes.append(edited)
+            planes.append((edited, on))
     imgui.text_unformatted("add a plane perpendicular to")
     pressed = parts.buttons(("view", "x", "y", "z"), 4)
     if pressed:
         directions = dict(zip("xyz", np.eye(3), strict=True)) | {"view": document.view.camera.forward}
         normal = directions[pressed]
-        planes.append(ClipPlane(triple(normal), float(normal @ scene.box.centre)))
-    desk.change("clip", clip=tuple(planes))
+        planes.append((ClipPlane(triple(normal), float(normal @ scene.box.centre)), True))
+    desk.change("clip", **switched.planes_changed(planes, document.off))
 
 
 def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:

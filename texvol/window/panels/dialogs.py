@@ -1,53 +1,57 @@
-"""Dialogs: the file browser, and the question about volumes that were dropped while a scene is open.
+"""Dialogs: the question that waits for an answer, and the file browser; both keep all input from the picture.
 
 The file browser replaces those of desktops, which need programs that many machines with a display do not have.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from imgui_bundle import imgui
 
-from texvol.window import contents, opening
 from texvol.window.browsing import Browser
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 
 _SIZE = imgui.ImVec2(560, 440)  # of the browser, window coordinates at scale 1
-_WIDTH = 300.0  # of the question's buttons
+_WIDTH = 380.0  # of a question
+_CHOSEN, _OTHER = imgui.ImVec4(0.24, 0.42, 0.64, 1.0), imgui.ImVec4(0.22, 0.25, 0.29, 1.0)
 _WORDS = "reading options: --channel 1   --shape 64,64,64 --dtype uint8   --labels …"
 
 
-def offer(desk: Desk) -> None:
-    """Ask whether dropped volumes are to be opened or added, until the question is answered."""
-    paths, document, viewport = desk.offered, desk.document, desk.viewport
-    if not paths or document is None:
+def ask(desk: Desk) -> None:
+    """Show the question that waits for an answer, in front of everything else."""
+    question = desk.question
+    if question is None:
         return
-    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_collapse
-    stays = parts.begin_centred(viewport, f"{contents.named(paths)}###offer", flags)
-    width = imgui.ImVec2(min(_WIDTH * parts.scale(), max(viewport.width - 40, 120)), 0)
-    opens = "open and close this scene" if len(paths) == 1 else "open as one scene and close this one"
-    answers: dict[str, Callable[[], None]] = {
-        opens: lambda: opening.open_all(desk, paths),
-        "add to the scene": lambda: opening.drop(desk, paths, adds=True),
-        "use as a mask of the volume": lambda: opening.mask(desk, document.scene.volume, paths[0]),
-        "cancel": lambda: None,
-    }
-    if len(paths) > 1 or document.scene.mask is not None:
-        del answers["use as a mask of the volume"]
-    pressed = [text for text in answers if imgui.button(text, width)]
-    if document.unsaved:
-        imgui.text_disabled("This scene has unsaved changes.")
-    typing = imgui.is_any_item_active()
-    if not typing and (imgui.is_key_pressed(imgui.Key.enter) or imgui.is_key_pressed(imgui.Key.keypad_enter)):
-        pressed.append(opens)
-    if not stays or imgui.is_key_pressed(imgui.Key.escape):
-        pressed.append("cancel")
-    imgui.end()
+    name = "###question"
+    if not imgui.is_popup_open(name):
+        imgui.open_popup(name)
+    middle = imgui.get_io().display_size * 0.5
+    imgui.set_next_window_pos(middle, imgui.Cond_.always.value, imgui.ImVec2(0.5, 0.5))
+    width = min(_WIDTH * parts.scale(), 2 * middle.x - 40)
+    imgui.set_next_window_size_constraints(imgui.ImVec2(width, 0), imgui.ImVec2(width, 2 * middle.y))
+    flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_title_bar | imgui.WindowFlags_.no_move
+    if not imgui.begin_popup_modal(name, None, flags)[0]:
+        return
+    imgui.push_text_wrap_pos(0.0)
+    imgui.text_unformatted(question.text)
+    for note in filter(None, question.notes):
+        imgui.text_disabled(note)
+    imgui.pop_text_wrap_pos()
+    imgui.spacing()
+    pressed = [words for number, words in enumerate(question.words) if _answer(words, number == question.chosen)]
     if pressed:
-        desk.offered = ()
-        answers[pressed[0]]()
+        desk.reply(pressed[0])
+    if desk.question is not question:
+        imgui.close_current_popup()
+    imgui.end_popup()
+
+
+def _answer(words: str, is_chosen: bool) -> bool:
+    """Show the button of an answer, marked if Enter gives it; return True if it is pressed."""
+    imgui.push_style_color(imgui.Col_.button.value, _CHOSEN if is_chosen else _OTHER)
+    pressed = imgui.button(words, imgui.ImVec2(-1, 0))
+    imgui.pop_style_color()
+    return bool(pressed)
 
 
 def browse(desk: Desk) -> None:

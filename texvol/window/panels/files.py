@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
-from texvol.window import commands, opening, recent, saving
+from texvol.window import commands, exporting, opening, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import volume_called
@@ -71,18 +71,11 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
     return str(state[key])
 
 
-def _saves(what: str, name: str, own: str = "") -> bool:
-    """Show a button "save", or "replace" if a file other than the scene's own exists; return True if it is pressed."""
-    replaces = name != own and os.path.isfile(name)
-    return bool(imgui.button(f"{'replace' if replaces else 'save'}##{what}"))
-
-
 def _saving(desk: Desk, document: Document) -> None:
     name = _name(desk, "scene name", lambda: saving.scene_name(document))
-    if _saves("scene", name, own=document.origin.scene_file or ""):
-        commands.run(desk, f"save {name}")
-        desk.panel_state["scene name"] = ""
-    parts.steps(desk, document)
+    if imgui.button("save##scene"):
+        exporting.scene(desk, document, name, then=lambda: desk.panel_state.update({"scene name": ""}))
+    parts.steps(desk)
     imgui.same_line()
     if imgui.button("copy command line"):
         commands.run(desk, "copy")
@@ -96,10 +89,9 @@ def _picture(desk: Desk, document: Document) -> None:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
     document.show(transparent=parts.switch("transparent background", document.showing.transparent))
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
-    if _saves("picture", name):
-        size = tuple(state.get("picture size", desk.pixels))
-        accuracy = desk.accuracy if size == desk.pixels else desk.director.accuracy
-        desk.write(kind="file", size=size, accuracy=accuracy, path=name)
+    if imgui.button("save##picture"):
+        width, height = state.get("picture size", desk.pixels)
+        exporting.picture(desk, document, name, (width, height))
 
 
 def _film(desk: Desk, document: Document) -> None:
@@ -113,17 +105,6 @@ def _film(desk: Desk, document: Document) -> None:
         if imgui.button("stop"):
             desk.stop_writing()
         return
-    if _saves("film", name):
+    if imgui.button("save##film"):
         width, height = state.get("picture size", desk.pixels)
-        size = (width - width % 2, height - height % 2)
-
-        def write() -> None:
-            from texvol.formats.films import containers as film_formats
-            from texvol.formats.films import film
-
-            film.check_output(name, views, size)
-            rate = state["fps"] if film_formats.is_film(name) else None
-            film_formats.check_rate(name, rate)
-            desk.write(kind="film", size=size, accuracy=desk.director.accuracy, path=name, views=views, fps=rate)
-
-        desk.attempt(write)
+        exporting.film(desk, document, name, (width - width % 2, height - height % 2), views, state.get("fps", 30.0))

@@ -10,6 +10,7 @@ from imgui_bundle import imgui
 
 from texvol.scene.lighting import LIGHT_KINDS, Light, Lighting
 from texvol.scene.scene import Scene
+from texvol.window import switched
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.navigation import triple
@@ -22,7 +23,7 @@ def show(desk: Desk, document: Document) -> None:
     lighting = scene.lighting
     on = parts.switch("light", lighting is not None)
     if on != (lighting is not None):
-        desk.change(lighting=Lighting() if on else None)
+        desk.change(**switched.light_switched(scene, document.off))
     elif lighting is not None:
         wanted = _reflection(lighting, scene)
         imgui.separator_text("Lights")

@@ -43,7 +43,7 @@ def show(desk: Desk, document: Document) -> None:
     number = _volume_number(desk, scene)
     medium = editing.owner_of(scene, number).transfer_function
     if medium is None or scene.volumes[number].labels:
-        parts.steps(desk, document)
+        parts.steps(desk)
     if medium is None:
         imgui.text_disabled("No transfer function: the mode shows numbers." if number == 0 else "No transfer function.")
         return
@@ -96,7 +96,7 @@ def _presets(desk: Desk, document: Document, medium: TransferFunction, number: i
     name = parts.choice("##preset", named.name, names)
     imgui.set_item_tooltip("preset")
     imgui.same_line()
-    parts.steps(desk, document)
+    parts.steps(desk)
     if name != named.name and name in transfer.PRESETS:
         _apply(desk, scene, number, name)
         return

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from texvol.util.color import linear_from_srgb, srgb_from_linear
 from texvol.window import commands
 from texvol.window.desk import Desk
-from texvol.window.document import Document
 from texvol.window.navigation import triple
 from texvol.window.steering import Viewport
 
@@ -128,13 +127,12 @@ def width_of_steps() -> float:
     return sum(imgui.calc_text_size(name).x + 2 * style.frame_padding.x + style.item_spacing.x for name in _STEPS)
 
 
-def steps(desk: Desk, document: Document) -> None:
+def steps(desk: Desk) -> None:
     """Show the buttons to undo and redo; a button is disabled if there is no step."""
-    history = document.history
-    for name, scenes in zip(_STEPS, (history.past, history.future), strict=True):
+    for name in _STEPS:
         if name != _STEPS[0]:
             imgui.same_line()
-        imgui.begin_disabled(not scenes)
+        imgui.begin_disabled(not desk.can_step(back=name == "undo"))
         if imgui.button(name):
             commands.run(desk, name)
         imgui.end_disabled()

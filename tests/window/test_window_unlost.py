@@ -1,0 +1,309 @@
+"""No work is lost: what is asked before the window closes, a scene is replaced or a file is overwritten."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from support.desks import desk_with, done, said, settled
+
+from texvol.window import opening, overwriting, replaced
+from texvol.window.commands import is_command, run
+from texvol.window.desk import Desk
+from texvol.window.events import Event
+from texvol.window.jobs import Answer
+from texvol.window.navigation import orbit
+from texvol.window.questions import CANCEL, Question
+
+RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Three volumes, in the current folder."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    for name in ("one", "two", "three"):
+        np.save(tmp_path / f"{name}.npy", np.random.default_rng(3).random((6, 7, 8)).astype(np.float32))
+    return tmp_path
+
+
+class Clerk:
+    """One who writes nothing before he is told to."""
+
+    alive = True
+
+    def __init__(self) -> None:
+        self.jobs: list[dict[str, Any]] = []
+        self.said: list[Answer] = []
+
+    def ask(self, **job: Any) -> None:
+        self.jobs.append(job)
+
+    def drop(self) -> None:
+        self.jobs.clear()
+
+    def answers(self) -> list[Answer]:
+        said, self.said = self.said, []
+        return said
+
+    def done(self, desk: Desk, kind: Any = "done") -> None:
+        """The first job is over."""
+        job = self.jobs.pop(0)
+        if kind == "done":
+            Path(job["path"]).write_text("picture")
+        self.said.append(Answer(kind, 1, text=job["path"]))
+        desk.update()
+
+
+def asked(desk: Desk, part: str) -> Question:
+    """The question, in which a text occurs."""
+    assert desk.question is not None and part in desk.question.text
+    return desk.question
+
+
+def writing(desk: Desk) -> Clerk:
+    """The clerk of a desk, who is made when there is something to write."""
+    clerk = Clerk()
+    desk.make_painter = lambda: cast(Any, clerk)
+    desk.director.accuracy, desk.director.shown = {}, None  # type: ignore[misc]
+    return clerk
+
+
+def keyed(desk: Desk, *names: str) -> None:
+    """Keys that go to the dialog."""
+    assert desk.hear([Event("key", name=name, down=True) for name in names], typing=False)
+
+
+def test_a_window_without_changes_closes_at_once() -> None:
+    desk = desk_with("one.npy")
+    done(desk, "close")
+    assert desk.wants_close and desk.question is None
+
+
+def test_closing_with_changes_asks_and_cancel_stays() -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "close")
+    assert asked(desk, "one.npy has unsaved changes").words[-1] == CANCEL and not desk.wants_close
+    done(desk, "close")
+    assert len(desk.questions) == 1, "the same is asked once"
+    keyed(desk, "escape")
+    assert desk.question is None and not desk.wants_close and not Path("one-1.toml").exists()
+    done(desk, "close", "answer close without saving")
+    assert desk.wants_close and not Path("one-1.toml").exists()
+
+
+def test_enter_saves_all_scenes_and_closes() -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "open two.npy")
+    desk.change(background=GREEN)
+    done(desk, "close")
+    assert asked(desk, "2 scenes").notes == ("one.npy → one-1.toml", "two.npy → two-1.toml")
+    keyed(desk, "enter")
+    assert desk.wants_close
+    for name, color in (("one", "[1.0, 0.0, 0.0]"), ("two", "[0.0, 1.0, 0.0]")):
+        text = Path(f"{name}-1.toml").read_text()
+        assert f'"{name}.npy"' in text and f"background = {color}" in text
+
+
+def test_a_scene_that_can_not_be_saved_keeps_the_window_open(folder: Path) -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "close")
+    (folder / "gone").mkdir()
+    os.chdir("gone")
+    (folder / "gone").rmdir()
+    keyed(desk, "enter")
+    assert not desk.wants_close and desk.document is not None and desk.document.unsaved and said(desk)
+
+
+def test_closing_while_a_file_is_written_asks_and_may_wait() -> None:
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    done(desk, "picture a.png", "picture b.png")
+    assert [job["path"] for job in clerk.jobs] == ["a.png"], "one after the other"
+    done(desk, "close")
+    asked(desk, "2 files are being written")
+    keyed(desk, "enter")
+    assert not desk.wants_close
+    clerk.done(desk)
+    assert not desk.wants_close and [job["path"] for job in clerk.jobs] == ["b.png"]
+    clerk.done(desk)
+    assert desk.wants_close
+
+
+def test_a_file_that_fails_keeps_the_window_open_and_stopping_does_not() -> None:
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    done(desk, "picture a.png", "close", "answer close when written")
+    clerk.done(desk, "failed")
+    assert not desk.wants_close
+    done(desk, "picture a.png", "picture b.png", "close", "answer stop and close")
+    assert desk.wants_close and not clerk.jobs and not desk.orders
+
+
+def test_what_another_scene_replaces_comes_back_with_its_view_and_history() -> None:
+    desk = desk_with("one.npy")
+    first = desk.document
+    assert first is not None
+    desk.change(background=RED)
+    desk.change(background=GREEN)
+    turned = orbit(first.view, 0.5, 0.2)
+    first.look(turned)
+    second = done(desk, "open two.npy")
+    assert second is not first and "undo (ctrl-z) returns to one.npy" in said(desk)
+    desk.change(background=BLUE)
+    assert done(desk, "undo") is second and not second.history.past
+    assert done(desk, "undo") is first and "one.npy again" in said(desk)
+    assert first.scene.background == GREEN and first.view == turned and first.unsaved
+    assert done(desk, "undo").scene.background == RED
+    assert done(desk, "redo", "redo") is second and second.scene.background != BLUE
+    assert done(desk, "redo").scene.background == BLUE and not desk.can_step(back=False)
+
+
+def test_back_and_forward_leave_the_steps_alone() -> None:
+    desk = desk_with("one.npy")
+    first, second = desk.document, done(desk, "open two.npy")
+    desk.change(background=BLUE)
+    assert done(desk, "back") is first
+    assert first is not None and done(desk, "back") is first, "there is none before"
+    assert done(desk, "forward") is second and second.scene.background == BLUE
+
+
+def test_a_scene_that_was_undone_is_kept_when_a_third_is_opened() -> None:
+    desk = desk_with("one.npy")
+    second = done(desk, "open two.npy")
+    desk.change(background=BLUE)
+    done(desk, "back", "open three.npy")
+    assert [each.name for each in desk.documents] == ["two.npy", "one.npy", "three.npy"]
+    done(desk, "close")
+    asked(desk, "two.npy has unsaved changes")
+    done(desk, "answer cancel", "back", "back")
+    assert desk.document is second and second.scene.background == BLUE
+
+
+def test_old_scenes_go_when_memory_gets_scarce_but_changes_only_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    size = 6 * 7 * 8 * 4
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "open two.npy")
+    # A quarter of it has room for one volume, beside the one that is open.
+    monkeypatch.setattr(replaced, "free_memory", lambda: 4 * size + 3)
+    done(desk, "open three.npy")
+    asked(desk, "one.npy has unsaved changes, and memory gets scarce")
+    keyed(desk, "escape")
+    assert [each.name for each in desk.documents] == ["one.npy", "two.npy", "three.npy"]
+    done(desk, "open one.npy")
+    assert [each.name for each in desk.documents] == ["one.npy", "one.npy"], "the others had no changes"
+    desk.replaced.kept.clear()
+    desk.change(background=RED)
+    done(desk, "open two.npy")
+    keyed(desk, "enter")
+    assert [each.name for each in desk.documents] == ["one.npy", "two.npy"] and Path("one-1.toml").exists()
+
+
+def test_a_scene_of_others_is_not_overwritten_unasked(folder: Path) -> None:
+    Path("kept.toml").write_text("# of somebody else\n")
+    Path("other.tf.json").write_text("{}")
+    desk = desk_with("one.npy")
+    done(desk, "save kept.toml")
+    assert asked(desk, "kept.toml exists").words == ("write kept-1.toml", "replace it", CANCEL)
+    assert "somebody else" in Path("kept.toml").read_text()
+    keyed(desk, "enter")
+    assert Path("kept-1.toml").exists() and "somebody else" in Path("kept.toml").read_text()
+    done(desk, "save other.toml")
+    asked(desk, "other.tf.json exists")
+    keyed(desk, "down", "enter")
+    assert Path("other.toml").exists() and Path("other.tf.json").read_text() != "{}"
+    done(desk, "save other.toml", "save")
+    assert desk.question is None, "it is the window's own now"
+
+
+def test_its_own_scene_is_asked_about_once_somebody_else_has_changed_it(folder: Path) -> None:
+    done(desk_with("one.npy"), "save kept.toml")
+    desk = desk_with("kept.toml")
+    desk.change(background=RED)
+    done(desk, "save")
+    assert desk.question is None and "[1.0, 0.0, 0.0]" in Path("kept.toml").read_text()
+    Path("kept.toml").write_text(Path("kept.toml").read_text() + "# a word of mine\n")
+    done(desk, "save")
+    asked(desk, "kept.toml has been changed by another program")
+    keyed(desk, "tab", "enter")
+    assert "a word of mine" not in Path("kept.toml").read_text()
+
+
+def test_pictures_of_others_are_not_overwritten_unasked() -> None:
+    Path("a.png").write_text("mine")
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    done(desk, "picture a.png")
+    asked(desk, "a.png exists")
+    keyed(desk, "escape")
+    assert not clerk.jobs
+    done(desk, "picture a.png", "answer replace it")
+    assert [job["path"] for job in clerk.jobs] == ["a.png"]
+    clerk.done(desk)
+    done(desk, "picture a.png")
+    assert desk.question is None and len(clerk.jobs) == 1
+
+
+def test_of_numbered_pictures_each_is_looked_at() -> None:
+    from texvol.window import exporting
+
+    Path("turn-2.png").write_text("mine")
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    assert desk.document is not None
+    exporting.film(desk, desk.document, "turn-%d.png", (8, 8), 4, 30.0)
+    asked(desk, "turn-2.png exists")
+    keyed(desk, "enter")
+    assert [job["path"] for job in clerk.jobs] == ["turn-%d-1.png"]
+
+
+def test_names_that_are_proposed_have_no_file_of_others_beside_them() -> None:
+    Path("one-1.tf.json").write_text("{}")
+    desk = desk_with("one.npy")
+    done(desk, "save")
+    assert desk.question is None and Path("one-2.toml").exists() and Path("one-1.tf.json").read_text() == "{}"
+
+
+def test_files_are_known_by_what_they_are_not_by_their_name(folder: Path) -> None:
+    own = overwriting.OwnFiles()
+    Path("a").write_text("1")
+    assert own.foreign("a") == "exists" and own.foreign("none") == ""
+    own.wrote(["a"])
+    os.symlink("a", "b")
+    assert own.foreign(str(folder / "a")) == own.foreign("b") == ""
+    Path("c").write_text("1")
+    os.replace("c", "a")
+    assert own.foreign("a") == "has been changed by another program"
+
+
+def test_a_question_is_answered_by_keys_and_hears_all_of_them() -> None:
+    question = Question("?", {"yes": lambda: None, "no": lambda: None})
+    down = [Event("key", name=name, down=True) for name in ("x", "down", "tab", "up", "enter")]
+    assert [question.hear(event) for event in down] == [None, None, None, None, "no"]
+    assert question.hear(Event("key", name="enter")) is None
+    desk = desk_with("one.npy")
+    assert not desk.hear(down, typing=False)
+    desk.ask(question)
+    assert desk.hear(down, typing=True) and desk.question is question, "they are letters of a field"
+    desk.reply("perhaps")
+    assert "it must be one of: yes, no, cancel" in said(desk)
+    assert is_command("answer yes")
+    run(desk, "answer yes")
+    run(desk, "answer yes")
+    assert "no question is asked" in said(desk)
+
+
+def test_a_drop_asks_and_says_that_the_scene_is_kept() -> None:
+    desk = desk_with("one.npy")
+    opening.drop(desk, ["two.npy"])
+    assert asked(desk, "two.npy").notes == ("one.npy is kept: undo returns to it.",)
+    keyed(desk, "enter")
+    assert settled(desk).document is not None and desk.document.name == "two.npy"  # type: ignore[union-attr]
