@@ -9,15 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.windows import PATIENCE, ball, display, eight_bits, script, viewed  # noqa: F401 (display is a fixture)
+from support.windows import PATIENCE, ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
-from texvol.window.browsing import Browser, Entry, Listing
+from texvol.window.browsing import Browser
+from texvol.window.events import Event
+from texvol.window.listing import HERE, Entry, Listing, Order, completed, size_text
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     """Files and folders of several kinds."""
-    for name in ("b.nrrd", "A.npy", ".hidden"):
+    for name in ("b.nrrd", "A.npy", ".hidden", "notes.txt"):
         (tmp_path / name).write_text("")
     (tmp_path / "Series/deeper").mkdir(parents=True)
     (tmp_path / "all").mkdir()
@@ -41,17 +43,74 @@ def listed(looking: Browser) -> Browser:
     return looking
 
 
-def test_folders_come_first_and_what_can_not_be_opened_not_at_all(folder: Path) -> None:
-    listing = Listing(folder)
-    listing.read()
-    expected = [Entry("all", True), Entry("Series", True), Entry("A.npy", False), Entry("b.nrrd", False)]
-    assert (listing.entries, listing.fault) == (expected, "")
+def names(entries: list[Entry] | None) -> list[str]:
+    return [each.name for each in entries or ()]
+
+
+def pressed(looking: Browser, *chords: str) -> Browser:
+    """The same, after keys."""
+    for chord in chords:
+        *modifiers, name = chord.split("+")
+        looking.hear(Event("key", name=name, down=True, modifiers=tuple(modifiers)))
+        looking.hear(Event("key", name=name, modifiers=tuple(modifiers)))
+    return listed(looking)
+
+
+def typed(looking: Browser, text: str) -> Browser:
+    """The same, after letters."""
+    for letter in text:
+        looking.hear(Event("text", name=letter))
+    return looking
+
+
+def test_folders_come_first_then_what_can_be_opened_and_pipes_not_at_all(folder: Path) -> None:
+    looking, _ = browser(folder)
+    assert names(looking.entries) == ["all", "Series", "A.npy", "b.nrrd", "notes.txt"]
+    assert [each.is_known for each in looking.entries or ()] == [True] * 4 + [False]
+    assert ".hidden" in names(pressed(looking, "ctrl+h").entries)
 
 
 def test_a_folder_that_can_not_be_read_says_so(folder: Path) -> None:
     listing = Listing(folder / "gone")
     listing.read()
     assert listing.entries == [] and "gone: No such file" in listing.fault
+
+
+def test_stores_are_files_and_folders_of_slices_can_be_opened(folder: Path) -> None:
+    (folder / "big.ome.zarr").mkdir()
+    looking, taken = browser(folder)
+    store = next(each for each in looking.entries or () if each.name == "big.ome.zarr")
+    assert not store.is_folder and store.is_known
+    looking.enter("big.ome.zarr")
+    assert taken == [str(folder / "big.ome.zarr")] and looking.over
+    for number in range(3):
+        (folder / f"Series/IM{number}").write_bytes(bytes(128) + b"DICM")
+    looking, taken = browser(folder / "Series")
+    assert looking.entries and looking.entries[0].what == "DICOM" and looking.name == HERE
+    pressed(looking, "enter")
+    assert taken == [str(folder / "Series")]
+
+
+def test_entries_are_sorted_by_name_size_and_date(folder: Path) -> None:
+    for name, size, date in (("c.npy", 5, 100), ("d.npy", 3, 300), ("e.npy", 4, 200)):
+        (folder / "all" / name).write_bytes(bytes(size))
+        os.utime(folder / "all" / name, (date, date))
+    (folder / "all/in").mkdir()
+    looking, _ = browser(folder / "all")
+    by: list[tuple[Order, bool, str]] = [
+        ("name", False, "cde"), ("name", True, "edc"), ("size", False, "dec"), ("size", True, "ced"),
+        ("date", False, "ced"), ("date", True, "dec"),
+    ]  # fmt: skip
+    for order, descending, expected in by:
+        looking.order = order, descending
+        assert names(looking.entries) == ["in", *(f"{letter}.npy" for letter in expected)]
+
+
+@pytest.mark.parametrize(
+    "size, text", [(-1, ""), (0, "0 B"), (999, "999 B"), (1000, "1 kB"), (123_456, "123 kB"), (99_960_000, "100 MB")]
+)
+def test_sizes_have_three_digits(size: int, text: str) -> None:
+    assert size_text(size) == text
 
 
 def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
@@ -66,20 +125,76 @@ def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
     assert looking.over and taken == [str(folder / "A.npy")]
 
 
-def test_a_place_to_write_need_not_be_there_and_what_is_there_is_said(folder: Path) -> None:
+def test_keys_move_open_and_leave(folder: Path) -> None:
+    looking, taken = browser(folder)
+    assert looking.entries and looking.name == "all"
+    assert pressed(looking, "down", "down").name == "A.npy"
+    assert pressed(looking, "end").name == "notes.txt" and pressed(looking, "down").name == "notes.txt"
+    assert pressed(looking, "home").name == "all" and pressed(looking, "page_down").name == "notes.txt"
+    assert pressed(looking, "page_up", "down", "enter").folder == folder / "Series" and not taken
+    assert pressed(looking, "backspace").folder == folder
+    assert looking.entries and looking.name == "Series", "where it came from"
+    pressed(looking, "down", "down", "enter")
+    assert looking.over and taken == [str(folder / "b.nrrd")]
+    looking, taken = browser(folder)
+    assert pressed(looking, "escape").over and not taken
+
+
+def test_letters_select_what_begins_with_them(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [10.0]
+    monkeypatch.setattr("texvol.window.browsing.time.monotonic", lambda: now[0])
+    looking, _ = browser(folder)
+    assert typed(looking, "a").name == "all"
+    assert typed(looking, ".").name == "A.npy", "a. is the beginning"
+    now[0] += 5
+    assert typed(looking, "b").name == "b.nrrd"
+    now[0] += 5
+    assert typed(looking, "ries").name == "Series", "it need not be the beginning"
+    typed(looking, "/")
+    assert looking.text == "/" and looking.wants_field
+
+
+def test_a_path_is_completed_as_far_as_names_agree(folder: Path) -> None:
+    entries = [Entry(name, name[0] == "S") for name in ("scan-1.npy", "Scan-2.npy", "Series", "ß", ".hidden")]
+    assert completed("sc", entries) == "scan-1.npy", "as it is written, if that is possible"
+    assert completed("", [Entry("scan-1.npy", False), Entry("Scan-22.npy", False)]) == "scan-"
+    assert completed("Se", entries) == "Series/" and completed("../Se", entries) == "../Series/"
+    assert completed("x", entries) == "x" and completed(".h", entries) == ".hidden"
+    looking, _ = browser(folder)
+    (folder / "Series/scan.npy").write_text("")
+    looking.typing("Series/")
+    end = time.monotonic() + PATIENCE
+    while (done := looking.completed("Series/s")) == "Series/s":
+        assert time.monotonic() < end, "the folder beside was never read"
+        time.sleep(0.01)
+    assert done == "Series/scan.npy"
+    looking.typing("b")
+    assert looking.name == "b.nrrd"
+
+
+def test_a_place_to_write_need_not_be_there(folder: Path) -> None:
     looking, taken = browser(folder, saves=True, name="new.toml")
-    assert not looking.replaces
-    looking.name = "b.nrrd"
-    assert looking.replaces
+    assert looking.text == "new.toml" and looking.wants_field
+    looking.enter("gone/other.png")
+    assert "file not found" in looking.listing.fault and not looking.over
     looking.enter("Series/other.png")
     assert listed(looking).folder == folder / "Series" and looking.name == "other.png" and not looking.over
-    looking.accept()
+    looking.enter("other.png")
     assert looking.over and taken == [str(folder / "Series/other.png")]
 
 
-def test_a_file_is_found_by_mouse_and_opened(display: str, tmp_path: Path) -> None:  # noqa: F811
+def keyed(t: float, name: str) -> list[dict[str, Any]]:
+    """A key, down and up."""
+    return [{"t": t, "kind": "key", "name": name, "down": True}, {"t": t + 0.02, "kind": "key", "name": name}]
+
+
+def test_a_file_is_found_by_mouse_and_by_keyboard_and_the_picture_hears_nothing(
+    display: str,  # noqa: F811
+    tmp_path: Path,
+) -> None:
     (tmp_path / "aside").mkdir()
-    ball(tmp_path / "aside", 16)
+    for folder in (tmp_path, tmp_path / "aside"):
+        ball(folder, 16)
 
     def click(t: float, x: float, y: float) -> list[dict[str, Any]]:
         """Two clicks at a place."""
@@ -88,21 +203,42 @@ def test_a_file_is_found_by_mouse_and_opened(display: str, tmp_path: Path) -> No
             steps.append({"t": t + 0.05 + 0.04 * n, "kind": "button", "name": "left", "down": n % 2 == 0})
         return steps
 
-    # The list begins under the title and the folder's name; the first entry is the folder, in it there is one file.
-    first = (200.0, 72.0)
+    drag: list[dict[str, Any]] = [
+        {"t": 0.4, "kind": "move", "x": 4, "y": 4},
+        {"t": 0.45, "kind": "button", "name": "left", "down": True},
+        {"t": 0.5, "kind": "move", "x": 5, "y": 300},
+        {"t": 0.55, "kind": "button", "name": "left"},
+        {"t": 0.6, "kind": "scroll", "y": 3},
+    ]
     steps = [
         {"t": 0, "do": "rest"},
-        {"t": 0.1, "do": "command", "name": "open"},
-        {"t": 1.0, "do": "screenshot", "file": "looking.png"},
-        *click(1.1, *first),
-        {"t": 2.5, "do": "screenshot", "file": "deeper.png"},
-        *click(2.6, *first),
-        {"t": 3.5, "do": "rest"},
-        {"t": 3.6, "do": "save", "file": "found.toml"},
+        {"t": 0.1, "do": "save", "file": "before.toml"},
+        {"t": 0.2, "do": "command", "name": "open"},
+        *drag,
+        *keyed(0.7, "x"),
+        {"t": 0.75, "kind": "text", "name": "x"},
+        *keyed(0.8, "f"),
+        {"t": 0.9, "do": "save", "file": "meanwhile.toml"},
+        # The list begins under title, folder, field and headers; the first entry is the folder, in it is one file.
+        *click(1.0, 300.0, 122.0),
+        *keyed(2.0, "home"),
+        *keyed(2.1, "enter"),
+        {"t": 2.5, "do": "rest"},
+        {"t": 2.6, "do": "save", "file": "found.toml"},
+        {"t": 2.7, "do": "command", "name": "open"},
+        *keyed(3.2, "tab"),
+        *({"t": 3.3, "kind": "text", "name": letter} for letter in "../ba"),
+        *keyed(3.6, "tab"),
+        *keyed(3.8, "enter"),
+        {"t": 4.2, "do": "rest"},
+        {"t": 4.3, "do": "save", "file": "typed.toml"},
     ]
     words = ["--size", "560x440", "--no-panels", "--max-error", "0.1", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
     assert (done.returncode, done.stderr) == (0, "")
-    looking, deeper = (eight_bits(tmp_path / f"{name}.png") for name in ("looking", "deeper"))
-    assert (looking != deeper).any(), "another folder is seen"
-    assert f"volume = {json.dumps('aside/ball.npy')}" in (tmp_path / "found.toml").read_text()
+    before, meanwhile, found, typed_path = (
+        (tmp_path / f"{name}.toml").read_text() for name in ("before", "meanwhile", "found", "typed")
+    )
+    assert before.replace("before", "meanwhile") == meanwhile
+    assert f"volume = {json.dumps('aside/ball.npy')}" in found
+    assert f"volume = {json.dumps('ball.npy')}" in typed_path

@@ -184,7 +184,7 @@ def test_a_scene_that_was_undone_is_kept_when_a_third_is_opened() -> None:
     done(desk, "close")
     asked(desk, "two.npy has unsaved changes")
     done(desk, "answer cancel", "back", "back")
-    assert desk.document is second and second.scene.background == BLUE
+    assert second.scene.background == BLUE and desk.document is second
 
 
 def test_old_scenes_go_when_memory_gets_scarce_but_changes_only_when_asked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -26,7 +26,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-_KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
+KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
 
 
 class _Words(argparse.ArgumentParser):
@@ -38,7 +38,7 @@ class _Words(argparse.ArgumentParser):
 
 def kind_of(path: str) -> str:
     """Return the kind of a file by its name: "scene", "transfer function", "mesh" or "volume"."""
-    return _KINDS.get(os.path.splitext(path)[1].lower(), "volume")
+    return KINDS.get(os.path.splitext(path)[1].lower(), "volume")
 
 
 def of_opened(words: str) -> dict[str, Any]:

@@ -221,14 +221,15 @@ class Desk:
 
     def hear(self, events: Iterable[Event], *, typing: bool) -> bool:
         """Pass events to a dialog, and return True, if one is shown; while the user is `typing`, it hears no keys."""
-        if self.question is None:
+        if self.question is None and self.browser is None:
             return False
-        for event in events:
-            if typing or self.question is None:
-                break
-            words = self.question.hear(event)
-            if words is not None:
-                self.reply(words)
+        for event in events if not typing else ():
+            if self.question is not None:
+                words = self.question.hear(event)
+                if words is not None:
+                    self.reply(words)
+            elif self.browser is not None and not self.browser.over:
+                self.browser.hear(event)
         return True
 
     def load(self, name: str, make: Callable[[], Document], *, first: bool = False) -> None:
@@ -342,7 +343,9 @@ class Desk:
             self.folder = Path(path).parent
             self.attempt(lambda: done(path, browser.words))
 
-        browser = Browser(title, chosen, self.wake, folder, saves, typed.name, takes_words=takes_words)
+        browser = Browser(
+            title, chosen, self.wake, folder, saves, typed.name, takes_words=takes_words, places=recent.folders()
+        )
         self.browser = browser
 
     def write(self, document: Document, **job: Any) -> None:

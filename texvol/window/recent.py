@@ -16,7 +16,7 @@ from texvol.options.reading import READING
 from texvol.scene.scene import Scene
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError
-from texvol.util.locations import absolute, may_exist
+from texvol.util.locations import absolute, is_remote, may_exist
 from texvol.window.naming import called
 from texvol.window.scene_writing import volume_table
 
@@ -91,6 +91,13 @@ def files() -> list[Recent]:
         found = map(Recent.from_json, content if isinstance(content, list) else [])
         return [each for each in found if each is not None and may_exist(each.path)][:_MOST]
     return []
+
+
+def folders() -> list[Path]:
+    """Return the folders of recent files, the current folder and the home folder."""
+    found = [os.path.dirname(each.path) for each in files() if not is_remote(each.path)]
+    known = [Path(folder) for folder in dict.fromkeys([os.path.abspath("."), *found, str(Path.home())])]
+    return [folder for folder in known if folder.is_dir()]
 
 
 def add(path: str, options: Mapping[str, Any]) -> None:

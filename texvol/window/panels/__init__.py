@@ -9,7 +9,20 @@ from imgui_bundle import imgui
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
-from texvol.window.panels import camera, contents, cut, dialogs, files, grips, light, medium, overlay, parts, slices
+from texvol.window.panels import (
+    browser,
+    camera,
+    contents,
+    cut,
+    dialogs,
+    files,
+    grips,
+    light,
+    medium,
+    overlay,
+    parts,
+    slices,
+)
 
 WIDTH = round(PANEL_WIDTH)  # default width
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -35,7 +48,7 @@ def show(desk: Desk) -> None:
         _sidebar(desk)
     if desk.preferences.help:
         overlay.keys(desk)
-    dialogs.browse(desk)
+    browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
     if imgui.is_key_pressed(imgui.Key.escape):

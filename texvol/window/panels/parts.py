@@ -34,14 +34,10 @@ def shade(shown: NDArray) -> imgui.ImVec4:
     return imgui.ImVec4(*triple(shown), 1.0)
 
 
-def begin_centred(viewport: Viewport, title: str, flags: int) -> bool:
-    """Begin a dialog, at first in the middle of the picture; return False if the user closes the dialog."""
-    middle = imgui.ImVec2(viewport.x + viewport.width / 2, viewport.y + viewport.height / 2)
-    imgui.set_next_window_pos(middle, imgui.Cond_.appearing.value, imgui.ImVec2(0.5, 0.5))
-    _, stays = imgui.begin(title, True, flags)
-    if imgui.is_window_appearing():
-        imgui.set_window_focus()
-    return bool(stays)
+def close_dialog(name: str) -> None:
+    """Close a modal dialog that is no longer shown: else it would keep the mouse from everything else."""
+    if imgui.is_popup_open(name):
+        imgui.internal.close_popup_to_level(0, True)
 
 
 def note(text: str) -> None:
