@@ -6,7 +6,7 @@ import time
 from typing import Any, cast
 
 from support.windows import PATIENCE
-from texvol.window import opening
+from texvol.window import freeing, opening
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
 from texvol.window.steering import Viewport
@@ -27,9 +27,11 @@ def desk_with(path: str) -> Desk:
 def settled(desk: Desk) -> Desk:
     """The same, once all is read."""
     end = time.monotonic() + PATIENCE
+    freeing.limit(desk)
     while desk.loading is not None or desk.waiting:
         assert time.monotonic() < end, "it was never read"
         desk.update()
+        freeing.limit(desk)
         time.sleep(0.005)
     return desk
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
 
-from texvol.window import opening, overwriting, replaced
+from texvol.window import opening, own_files, replaced
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
 from texvol.window.events import Event
@@ -273,7 +273,7 @@ def test_names_that_are_proposed_have_no_file_of_others_beside_them() -> None:
 
 
 def test_files_are_known_by_what_they_are_not_by_their_name(folder: Path) -> None:
-    own = overwriting.OwnFiles()
+    own = own_files.OwnFiles()
     Path("a").write_text("1")
     assert own.foreign("a") == "exists" and own.foreign("none") == ""
     own.wrote(["a"])

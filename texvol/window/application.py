@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import closing, commands, exporting, navigation, opening, panels, timings
+from texvol.window import closing, commands, exporting, freeing, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
@@ -156,6 +156,7 @@ class Application:
         self._interface.begin(events)
         self._arrange()
         desk.update()
+        freeing.limit(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)

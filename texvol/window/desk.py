@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,11 +15,12 @@ from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
-from texvol.window.overwriting import OwnFiles, written
+from texvol.window.loading import Loading
+from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
 from texvol.window.questions import Question
-from texvol.window.replaced import Replaced, limit
+from texvol.window.replaced import Replaced
 from texvol.window.screen import Textures
 from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
@@ -40,51 +39,6 @@ class Message:
     text: str
     is_fault: bool
     until: float
-
-
-@dataclass
-class Loading:
-    """Reading of one object on a thread; the window's thread takes it over.
-
-    Attributes
-    ----------
-    make : callable
-        Reads and returns the object, on the thread.
-    done : callable
-        Takes the object, on the window's thread.
-    first : bool
-        True for the document that the window was started with.
-    over : bool
-        True once the object is `found`, or the reading has failed because of a `fault`.
-    """
-
-    name: str
-    make: Callable[[], Any]
-    done: Callable[[Any], None]
-    wake: Callable[[], None]
-    first: bool = False
-    fault: str | None = None
-    warnings: list[str] = field(default_factory=list)
-    over: bool = False
-    found: Any = None
-
-    def start(self) -> Loading:
-        """Start the thread."""
-        threading.Thread(target=self._load, daemon=True, name="texvol loading").start()
-        return self
-
-    def _load(self) -> None:
-        try:
-            with warnings.catch_warnings(record=True) as said:
-                warnings.simplefilter("ignore")  # warnings of libraries about themselves
-                warnings.simplefilter("always", UserWarning)
-                self.found = self.make()
-            self.warnings = [" ".join(str(each.message).split()) for each in said]
-        except Exception as error:  # a reader may raise anything on a damaged file; the window stays open
-            text = " ".join(str(error).split())
-            self.fault = text if isinstance(error, TexvolError) and text else f"{self.name}: {text or error!r}"
-        self.over = True
-        self.wake()
 
 
 @dataclass
@@ -113,6 +67,8 @@ class Desk:
         Questions that are not yet answered; the last one is shown.
     replaced : Replaced
         Documents before and after the open one, to which undo and redo return.
+    has_replaced : bool
+        True if a document has been replaced, and the memory that all of them take is not yet looked at.
     own : OwnFiles
         Files that may be overwritten unasked.
     clerk : Painter, optional
@@ -152,6 +108,7 @@ class Desk:
     waiting: list[Loading] = field(default_factory=list)
     questions: list[Question] = field(default_factory=list)
     replaced: Replaced = field(default_factory=Replaced)
+    has_replaced: bool = False
     own: OwnFiles = field(default_factory=OwnFiles)
     clerk: Painter | None = None
     writing: float | None = None
@@ -284,7 +241,7 @@ class Desk:
         if before is not None:
             self.replaced.open(before)
             self.say(f"opened {document.name}; undo (ctrl-z) returns to {before.name}")
-            limit(self)
+            self.has_replaced = True
         self.attempt(lambda: recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene)))
 
     def _show(self, document: Document) -> None:

@@ -24,7 +24,7 @@ from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, framed
-from texvol.window.overwriting import Mark, marks_of_scene
+from texvol.window.own_files import Mark, marks_of_scene
 from texvol.window.stand_in import stand_in, with_stand_ins
 from texvol.window.switched import Off
 
@@ -162,7 +162,7 @@ class Document:
 
     @property
     def off(self) -> Off:
-        """What is switched off."""
+        """Parts that are switched off."""
         return self.history.now.off
 
     @property

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from texvol.window import overwriting, saving
+from texvol.formats.pictures import image
+from texvol.window import own_files, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
+from texvol.window.questions import Question
 
 
 def scene(
@@ -25,8 +28,10 @@ def scene(
             desk.say(f"saved {Path(chosen).resolve()}")
             then()
 
+    if not desk.attempt(lambda: saving.check_writable(path)):
+        return
     if asks:
-        overwriting.guarded(desk, path, lambda each: saving.files_of(each, document), write)
+        guarded(desk, path, lambda each: saving.files_of(each, document), write)
     else:
         write(path)
 
@@ -39,7 +44,8 @@ def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int
     def write(chosen: str) -> None:
         desk.write(document, kind="file", size=wanted, accuracy=accuracy, path=chosen)
 
-    overwriting.guarded(desk, path, lambda each: [each], write)
+    if desk.attempt(lambda: image.check_writable(path)):
+        guarded(desk, path, lambda each: [each], write)
 
 
 def film(desk: Desk, document: Document, path: str, size: tuple[int, int], views: int, rate: float) -> None:
@@ -58,4 +64,25 @@ def film(desk: Desk, document: Document, path: str, size: tuple[int, int], views
         desk.write(document, kind="film", size=size, accuracy=accuracy, path=chosen, views=views, fps=fps)
 
     if desk.attempt(check):
-        overwriting.guarded(desk, path, lambda each: overwriting.written(each, views), write)
+        guarded(desk, path, lambda each: own_files.written(each, views), write)
+
+
+def guarded(desk: Desk, path: str, files: Callable[[str], Iterable[str]], write: Callable[[str], Any]) -> None:
+    """Call `write` with the path; if it would overwrite files of others, ask whether to write beside them instead."""
+    reasons = {each: why for each in files(path) if (why := desk.own.foreign(each))}
+    if not reasons:
+        write(path)
+        return
+    (first, why), further = next(iter(reasons.items())), len(reasons) - 1
+    several = f", and {further} more {'do' if why == 'exists' else 'have'}" if further else ""
+    other = own_files.unused(path, files)
+    desk.ask(
+        Question(
+            f"{os.path.basename(first)} {why}{several}. Replace {'it' if len(reasons) == 1 else 'them'}?",
+            {
+                f"write {os.path.basename(other)}": lambda: write(other),
+                "replace " + ("it" if len(reasons) == 1 else "them"): lambda: write(path),
+            },
+            (os.path.dirname(os.path.abspath(first)), "This window has not written it." if why == "exists" else ""),
+        )
+    )

@@ -8,12 +8,13 @@ from typing import Any
 from texvol.geometry import load_mesh
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
+from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.desk import Desk
-from texvol.window.document import Document, opened_file
+from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import with_own
 from texvol.window.questions import Question
 
@@ -77,7 +78,7 @@ def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
 
 def _offer(desk: Desk, document: Document, paths: tuple[str, ...]) -> None:
     """Ask whether dropped volumes are to be opened or added."""
-    opens = "open" if len(paths) == 1 else "open as one scene"
+    opens = "open it" if len(paths) == 1 else "open as one scene"
     answers: dict[str, Callable[[], None]] = {
         opens: lambda: open_all(desk, paths),
         "add to the scene": lambda: drop(desk, paths, adds=True),
@@ -86,7 +87,13 @@ def _offer(desk: Desk, document: Document, paths: tuple[str, ...]) -> None:
     if len(paths) > 1 or document.scene.mask is not None:
         del answers["use as a mask of the volume"]
     notes = (f"{document.name} is kept: undo returns to it.",)
-    desk.ask(Question(contents.named(paths), answers, notes, of_scene=True))
+    desk.ask(Question(f"What is to be done with {contents.named(paths)}?", answers, notes, of_scene=True))
+
+
+def sample(desk: Desk) -> None:
+    """Open the built-in scene."""
+    size = desk.pixels
+    desk.load("sample", lambda: Document(demo_scene(), Origin("sample"), size=size))
 
 
 def open_all(desk: Desk, volumes: tuple[str, ...]) -> None:

@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from texvol.util.memory import free_memory
 from texvol.window.document import Document
-from texvol.window.questions import Question
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
 
 _OF_FREE = 1 / 4  # of the free memory that volumes of replaced documents may take
 
@@ -68,33 +64,3 @@ def _arrays(documents: Iterable[Document]) -> dict[int, int]:
             arrays += [part for volume in scene.volumes for part in (volume.values, volume.colors) if part is not None]
             found |= {id(array): array.nbytes for array in arrays}
     return found
-
-
-def limit(desk: Desk) -> None:
-    """Drop the oldest replaced documents if they take too much memory; ask before unsaved changes go."""
-    for document in desk.replaced.excess(desk.document):
-        if document.unsaved:
-            _ask_to_drop(desk, document)
-            return
-        desk.replaced.drop(document)
-        desk.say(f"{document.name} was closed to free memory: undo does not return to it")
-
-
-def _ask_to_drop(desk: Desk, document: Document) -> None:
-    from texvol.window import exporting
-
-    def drop() -> None:
-        desk.replaced.drop(document)
-        limit(desk)
-
-    desk.ask(
-        Question(
-            f"{document.name} has unsaved changes, and memory gets scarce.",
-            {
-                "save it and let it go": lambda: exporting.scene(desk, document, then=drop),
-                "let it go unsaved": drop,
-            },
-            ("If you cancel, it is kept, and undo returns to it.",),
-            cancel=lambda: desk.replaced.kept.append(document),
-        )
-    )

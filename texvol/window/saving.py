@@ -10,7 +10,7 @@ from typing import Any
 from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.window.document import Document, Saved
-from texvol.window.overwriting import unused
+from texvol.window.own_files import unused
 from texvol.window.scene_writing import scene_files, transfer_function_path
 
 # Without these options `texvol render` makes the same choices as the window.

@@ -44,6 +44,8 @@ BINDINGS = (
     Binding(("left_bracket", "right_bracket"), "", "narrower or wider field of view"),
     Binding(("ctrl+z",), "undo", "undo"),
     Binding(("ctrl+shift+z", "ctrl+y"), "redo", "redo"),
+    Binding(("alt+left",), "back", "return to the scene before this one"),
+    Binding(("alt+right",), "forward", "return to the scene after this one"),
     Binding(("ctrl+o",), "open", "open a volume or a scene"),
     Binding(("ctrl+shift+o",), "add", "add a volume or a mesh to the scene"),
     Binding(("ctrl+s",), "save", "save the scene"),

@@ -15,6 +15,7 @@ from texvol.window.panels import (
     contents,
     cut,
     dialogs,
+    empty,
     files,
     grips,
     light,
@@ -48,6 +49,7 @@ def show(desk: Desk) -> None:
         _sidebar(desk)
     if desk.preferences.help:
         overlay.keys(desk)
+    empty.show(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)

@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
-from texvol.window import commands, exporting, opening, recent, saving
+from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.naming import volume_called
-from texvol.window.panels import parts
+from texvol.window.naming import shortened, volume_called
+from texvol.window.panels import empty, parts
 
 
 def show(desk: Desk) -> None:
@@ -46,14 +46,24 @@ def _open(desk: Desk) -> None:
     imgui.same_line()
     if (imgui.button("open") or entered) and state["path"]:
         opening.open_file(desk, os.path.expanduser(state["path"]))
-    if "recent" not in state:
-        state["recent"] = recent.files()
-    for number, each in enumerate(state["recent"][:6]):
-        imgui.push_id(number)
-        if imgui.selectable(each.text, False)[0]:
-            opening.open_file(desk, each.path, each.options)
-        imgui.set_item_tooltip(f"{each.path}\n{each.text}" if each.how else each.path)
-        imgui.pop_id()
+    _others(desk)
+    empty.recently(desk, 6)
+
+
+def _others(desk: Desk) -> None:
+    """Show buttons that return to the scenes before and after the open one."""
+    here = desk.document
+    if here is None:
+        return
+    for name, document in (
+        ("back", next(reversed(desk.replaced.past), None)),
+        ("forward", next(reversed(desk.replaced.future), None)),
+    ):
+        if document is not None:
+            changed = "*" if document.unsaved else ""
+            if imgui.button(f"{name} to {shortened(document.name, 34)}{changed}##{name}", imgui.ImVec2(-1, 0)):
+                commands.run(desk, name)
+            imgui.set_item_tooltip("with its view, its steps and its unsaved changes (alt-left, alt-right)")
 
 
 def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:

@@ -105,8 +105,6 @@ def messages(desk: Desk) -> None:
     lines = [(each.text, each.is_fault) for each in desk.messages[-_MESSAGES:]]
     if desk.loading is not None:
         lines.append((f"opening {desk.loading.name} …", False))
-    elif desk.document is None:
-        lines.append(("Drop a volume or a scene here, or open one (F1: keys)", False))
     if desk.writing is not None:
         lines.append((f"writing … {desk.writing:.0%}", False))
     if not lines:

@@ -11,12 +11,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Mapping
 from itertools import count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-from texvol.window.questions import Question
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
+from typing import NamedTuple
 
 
 class Mark(NamedTuple):
@@ -95,27 +90,6 @@ def unused(path: str, files: Callable[[str], Iterable[str]], first: bool = False
     stem, suffix = os.path.splitext(path)
     names = ([path] if first else []), (f"{stem}-{number}{suffix}" for number in count(1))
     return next(each for several in names for each in several if not any(map(os.path.lexists, files(each))))
-
-
-def guarded(desk: Desk, path: str, files: Callable[[str], Iterable[str]], write: Callable[[str], Any]) -> None:
-    """Call `write` with the path; if it would overwrite files of others, ask whether to write beside them instead."""
-    reasons = {each: why for each in files(path) if (why := desk.own.foreign(each))}
-    if not reasons:
-        write(path)
-        return
-    (first, why), further = next(iter(reasons.items())), len(reasons) - 1
-    several = f", and {further} more {'do' if why == 'exists' else 'have'}" if further else ""
-    other = unused(path, files)
-    desk.ask(
-        Question(
-            f"{os.path.basename(first)} {why}{several}.",
-            {
-                f"write {os.path.basename(other)}": lambda: write(other),
-                "replace " + ("it" if len(reasons) == 1 else "them"): lambda: write(path),
-            },
-            (os.path.dirname(os.path.abspath(first)), "This window has not written it." if why == "exists" else ""),
-        )
-    )
 
 
 def written(path: str, views: int | None) -> list[str]:
