@@ -12,8 +12,8 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import closing, commands, exporting, freeing, navigation, opening, panels, timings
-from texvol.window.desk import MOST_PANEL, Desk
+from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, timings
+from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
 from texvol.window.events import Event, Queue
@@ -79,7 +79,10 @@ class Application:
     def __init__(self, plan: Plan) -> None:
         self._plan, self._queue, self._played = plan, Queue(), Queue()
         self._timed: list[Frame] = []
-        width = plan.size[0] + (panels.WIDTH if plan.panels else 0)
+        is_played = plan.player is not None
+        # What is played back must not depend on what was done before.
+        beside = PANEL_WIDTH if is_played else kept.panel_width()
+        width = plan.size[0] + (round(beside) if plan.panels else 0)
         self._closers = contextlib.ExitStack()
         try:
             self._recorder = Recorder(plan.record) if plan.record else None
@@ -88,7 +91,7 @@ class Application:
             screen = self._screen = Screen((width, plan.size[1]), "texvol", self._queue.put)
             self._closers.callback(screen.close)
             if plan.panels and screen.scale > 1:  # on a scaled monitor the panels' text and width are scaled alike
-                screen.resize((plan.size[0] + round(panels.WIDTH * screen.scale), plan.size[1]))
+                screen.resize((plan.size[0] + round(beside * screen.scale), plan.size[1]))
             self._interface = Interface(screen)
             self._closers.callback(self._interface.close)
             self._shared = SharedArrays()
@@ -101,7 +104,8 @@ class Application:
         self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, screen.copy)
         self._desk.textures = Textures(screen.gl)
         self._closers.callback(self._desk.close)
-        self._desk.preferences.panels, self._desk.is_played = plan.panels, plan.player is not None
+        self._desk.is_played = is_played
+        self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
@@ -140,6 +144,8 @@ class Application:
             self.frame()
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
+        if not desk.is_played:
+            kept.keep(desk.preferences.width)
         if plan.timings:
             timings.write(plan.timings, self._timed)
 

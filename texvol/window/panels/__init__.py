@@ -25,7 +25,6 @@ from texvol.window.panels import (
     slices,
 )
 
-WIDTH = round(PANEL_WIDTH)  # default width
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
 _TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture

@@ -55,10 +55,13 @@ def _volume(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     if several and imgui.button("transfer function"):
         desk.panel_state["volume"] = number
         commands.run(desk, "tab Medium")
+    if several:
+        imgui.set_item_tooltip("edit the transfer function of this volume")
     if number:
         imgui.same_line()
         if imgui.button("remove"):
             desk.change(added=scene.added[: number - 1] + scene.added[number:])
+        imgui.set_item_tooltip("take this volume out of the scene; undo brings it back")
     imgui.spacing()
 
 

@@ -56,6 +56,7 @@ def _planes(desk: Desk, document: Document) -> None:
         imgui.set_item_tooltip("a plane that is switched off cuts nothing and stays in this list")
         imgui.same_line()
         taken = imgui.small_button("remove")
+        imgui.set_item_tooltip("take the plane out of the list")
         imgui.same_line()
         turns = imgui.small_button("other side")
         imgui.set_item_tooltip("cut away what is on the other side of the plane")
@@ -80,6 +81,7 @@ def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
     middle = float(unit @ box.centre)
     from_middle = plane.offset / size - middle
     changed, numbers = imgui.drag_float3("normal", list(plane.normal), 0.01, -1, 1, "%.3f")
+    imgui.set_item_tooltip("direction in which the plane cuts everything away")
     length = float(np.linalg.norm(numbers))
     if changed and length > 1e-3:
         # The plane turns about its point nearest to the centre of the box.

@@ -39,6 +39,7 @@ def _open(desk: Desk) -> None:
     state = desk.panel_state
     if imgui.button("open a file …", imgui.ImVec2(-1, 0)):
         commands.run(desk, "open")
+    imgui.set_item_tooltip("volumes, scenes, meshes and transfer functions (ctrl-o)")
     imgui.set_next_item_width(-70 * parts.scale())
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
@@ -85,16 +86,19 @@ def _saving(desk: Desk, document: Document) -> None:
     name = _name(desk, "scene name", lambda: saving.scene_name(document))
     if imgui.button("save##scene"):
         exporting.scene(desk, document, name, then=lambda: desk.panel_state.update({"scene name": ""}))
+    imgui.set_item_tooltip("write the scene file (ctrl-s: the one in use); files of others are not replaced unasked")
     parts.steps(desk)
     imgui.same_line()
     if imgui.button("copy command line"):
         commands.run(desk, "copy")
+    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-c)")
 
 
 def _picture(desk: Desk, document: Document) -> None:
     state = desk.panel_state
     size = state.get("picture size", desk.pixels)  # by default the size in the window
     changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
+    imgui.set_item_tooltip("width and height of pictures and films")
     if changed:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
     document.show(transparent=parts.switch("transparent background", document.showing.transparent))
@@ -102,11 +106,13 @@ def _picture(desk: Desk, document: Document) -> None:
     if imgui.button("save##picture"):
         width, height = state.get("picture size", desk.pixels)
         exporting.picture(desk, document, name, (width, height))
+    imgui.set_item_tooltip("write the picture as it is at rest (p)")
 
 
 def _film(desk: Desk, document: Document) -> None:
     state = desk.panel_state
     views = state["views"] = min(max(imgui.input_int("views", state.get("views", 120))[1], 1), 100_000)
+    imgui.set_item_tooltip("pictures of one turn")
     fps = parts.number("frames per second", state.get("fps", 30.0))
     if 0.1 <= fps <= 1000:
         state["fps"] = fps
@@ -114,7 +120,9 @@ def _film(desk: Desk, document: Document) -> None:
     if desk.writing is not None:
         if imgui.button("stop"):
             desk.stop_writing()
+        imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
         return
     if imgui.button("save##film"):
         width, height = state.get("picture size", desk.pixels)
         exporting.film(desk, document, name, (width - width % 2, height - height % 2), views, state.get("fps", 30.0))
+    imgui.set_item_tooltip("one turn of the camera, as a film or as numbered pictures")

@@ -16,6 +16,8 @@ from texvol.window.document import Document
 from texvol.window.navigation import triple
 from texvol.window.panels import parts
 
+_MOST_LIGHTS = 8
+
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Light tab."""
@@ -54,9 +56,12 @@ def _lights(lights: tuple[Light, ...], scene: Scene) -> tuple[Light, ...]:
         imgui.same_line()
         if not imgui.small_button("remove"):
             wanted.append(edited)
+        imgui.set_item_tooltip("take this light away; the switch above keeps it")
         imgui.pop_id()
-    if len(lights) < 8 and imgui.button("add a light"):
+    if len(lights) < _MOST_LIGHTS and imgui.button("add a light"):
         wanted.append(Light("directional", (-1.0, -1.0, 1.0)))
+    if len(lights) < _MOST_LIGHTS:
+        imgui.set_item_tooltip("one more, from a direction")
     return tuple(wanted)
 
 
@@ -69,6 +74,7 @@ def _light(light: Light, scene: Scene) -> Light:
         most = 1.0 if kind == "directional" else float(np.abs(light.vector).max() + scene.box.radius)
         label = "from" if kind == "directional" else "at"
         changed, vector = imgui.drag_float3(label, list(light.vector), most / 200, 0, 0, "%.3g")
+        imgui.set_item_tooltip("direction or point from which the light comes; drag, or double-click to type")
         if changed and any(vector):
             return replace(light, vector=triple(vector))
     brightest = max(*light.color, 1.0)

@@ -12,6 +12,7 @@ from texvol.util.color import linear_from_srgb, srgb_from_linear
 from texvol.window import commands
 from texvol.window.desk import Desk
 from texvol.window.navigation import triple
+from texvol.window.panels import tips
 from texvol.window.steering import Viewport
 
 Range = tuple[float, float]
@@ -51,18 +52,21 @@ def choice(label: str, current: str, names: Sequence[str]) -> str:
     """Show a drop-down list of names; return the chosen name."""
     position = names.index(current) if current in names else 0
     _, chosen = imgui.combo(label, position, list(names))
+    tips.show(label)
     return names[chosen]
 
 
 def slider(label: str, value: float, low: float, high: float, text: str = "%.4g") -> float:
     """Show a slider; return its number."""
     changed, now = imgui.slider_float(label, float(value), float(low), float(high), text)
+    tips.show(label)
     return float(np.clip(now, low, high)) if changed else value
 
 
 def number(label: str, value: float) -> float:
     """Show a field for a number; return the number if a finite one was entered, else `value`."""
     changed, now = imgui.input_double(label, float(value), 0.0, 0.0, "%.5g", imgui.InputTextFlags_.enter_returns_true)
+    tips.show(label)
     return float(now) if changed and np.isfinite(now) else value
 
 
@@ -72,6 +76,7 @@ def ends(label: str, pair: Range, low: float, high: float) -> Range:
     changed, first, last = imgui.drag_float_range2(
         label, float(pair[0]), float(pair[1]), speed, float(low), float(high), "%.4g", "%.4g"
     )
+    tips.show(label)
     return (float(first), float(last)) if changed and first < last else pair
 
 
@@ -86,12 +91,15 @@ def color(label: str, linear: Color, *, small: bool = False) -> Color:
     """Show a colour field, a mere patch if `small`; return the linear colour."""
     flags = imgui.ColorEditFlags_.float | (imgui.ColorEditFlags_.no_inputs if small else 0)
     changed, picked = imgui.color_edit3(label, srgb_from_linear(np.array(linear)).tolist(), flags)
+    tips.show(label)
     return triple(linear_from_srgb(np.clip(np.array(picked, np.float64), 0, 1))) if changed else linear
 
 
 def switch(label: str, on: bool) -> bool:
     """Show a check box; return its state."""
-    return bool(imgui.checkbox(label, on)[1])
+    on = bool(imgui.checkbox(label, on)[1])
+    tips.show(label)
+    return on
 
 
 def switches(states: Mapping[str, bool]) -> dict[str, bool]:
@@ -114,6 +122,7 @@ def buttons(names: Sequence[str], in_row: int) -> str | None:
             imgui.same_line()
         if imgui.button(name, imgui.ImVec2(width, 0)):
             pressed = name
+        tips.show(name)
     return pressed
 
 
@@ -131,4 +140,5 @@ def steps(desk: Desk) -> None:
         imgui.begin_disabled(not desk.can_step(back=name == "undo"))
         if imgui.button(name):
             commands.run(desk, name)
+        tips.show(name)
         imgui.end_disabled()

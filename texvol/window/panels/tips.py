@@ -1,0 +1,93 @@
+"""Tooltips of controls, by the controls' labels."""
+
+from __future__ import annotations
+
+from imgui_bundle import imgui
+
+TIPS = {
+    # Medium
+    "mode": "how values become a picture: emission and absorption, a surface, the greatest value, or an X-ray",
+    "classification": "whether values are interpolated before or after the transfer function; auto is the exact one",
+    "isovalue": "value of the surface",
+    "integrates": "what an X-ray sums up along each ray",
+    "value of air": "values up to this one count as nothing",
+    "numbers": "how the picture's numbers are shown: as grey values, or in the colours of the transfer function",
+    "automatic black and white": "black and white are the least and the greatest number of the picture",
+    "centre": "number that is shown as middle grey",
+    "width": "distance from black to white",
+    "##preset": "preset",
+    "##volume": "volume whose transfer function is edited",
+    "logarithmic histogram": "rare values are seen beside frequent ones",
+    "opacity is per": "length of the path whose opacity the curve shows",
+    "colour": "colour of the selected point, or of the light",
+    "value": "value of the selected point, in units of the data",
+    "opaque": "the point hides everything behind it",
+    "extinction /": "extinction of the selected point, for each unit of length",
+    "opacity /": "opacity of the selected point, over this length",
+    "range": "least and greatest value of the curve; the points between move along",
+    "density": "multiplies the extinction of all points",
+    "undo": "ctrl-z; beyond the first step, back to the scene before",
+    "redo": "ctrl-shift-z",
+    "show all": "show every label",
+    "hide all": "hide every label; then switch some on",
+    "##shown": "show or hide this label",
+    # Scene
+    "##color": "colour",
+    "opacity": "from almost invisible to opaque",
+    "fades in": "weights rise from 0 at the first value to 1 at the second",
+    # View
+    "projection": "orthographic keeps sizes, perspective makes what is near larger (o)",
+    "turning": "a turntable keeps the vertical upright (t)",
+    "field of view": "vertical angle of the picture ([ and ])",
+    "height": "height of the picture, in units of the world",
+    "reset": "the view of texvol render (r)",
+    "frame": "the whole volume, from this direction (f)",
+    "background": "colour behind everything",
+    "title": "text above the picture",
+    "depth cue": "what is farther fades into the background",
+    "box": "edges of the volume",
+    "axes": "directions of the axes x, y and z",
+    "scale bar": "a length in the units of the file",
+    "legend": "which colours stand for which values",
+    "orientation": "directions of the body",
+    "frames per second": "speed that is wanted",
+    "error at rest": "greatest error of the picture at rest, in steps of 8 bits",
+    "slicing at rest": "how slabs of the picture at rest are drawn",
+    # Light
+    "light": "on or off; a light that is switched off comes back as it was",
+    "ambient": "light from everywhere",
+    "diffuse": "matt reflection",
+    "specular": "highlights",
+    "shininess": "the greater, the smaller the highlights",
+    "two-sided": "surfaces that face away from the light are lit as well",
+    "shadows": "the medium shades itself; slower",
+    "kind": "at the eye, from a direction, or at a point",
+    # Cut
+    "crop box": "on or off; a box that is switched off comes back as it was",
+    "caps: opaque cut surfaces": "cuts show the values on their surface",
+    "x": "the axis x",
+    "y": "the axis y",
+    "z": "the axis z",
+    "view": "perpendicular to the direction of view",
+    "position": "distance of the plane from the middle of the box",
+    # Slices
+    "level": "value that is shown as middle grey",
+    "window": "range of values from black to white",
+    # File
+    "transparent background": "picture files keep their opacity",
+    "hidden files": "names that begin with a dot (ctrl-h)",
+}
+
+
+def tip(label: str) -> str:
+    """Return the tooltip of a control; "" if it has none. Units and lengths in a label are not part of its name."""
+    name = label.split(" (")[0]
+    head, slash, _ = name.partition(" /")
+    return TIPS.get(head + slash, "")
+
+
+def show(label: str) -> None:
+    """Give the control that was shown last its tooltip."""
+    text = tip(label)
+    if text:
+        imgui.set_item_tooltip(text)
