@@ -22,7 +22,8 @@ _NOT_PLAYED = {"close", "fullscreen"}
 def random_steps(seed: int) -> list[dict[str, Any]]:
     """So many actions, a few of them each frame."""
     chance = random.Random(seed)
-    keys = [chord for each in BINDINGS if each.command not in _NOT_PLAYED for chord in each.chords]
+    keys = ["escape", "escape"]  # so that dialogs do not stay
+    keys += [chord for each in BINDINGS if each.command not in _NOT_PLAYED for chord in each.chords]
     steps: list[dict[str, Any]] = []
     held: str | None = None
     for number in range(ACTIONS):

@@ -13,7 +13,10 @@ file is to be written.
 | module | responsibility |
 |---|---|
 | `application`, `interruption` | the main loop; Ctrl-C and termination signals |
-| `desk`, `opening`, `commands` | state of the window; opening files; commands of keys, buttons and scripts |
+| `desk`, `loading`, `commands` | state of the window; reading on threads; commands of keys, buttons and scripts |
+| `opening`, `exporting`, `closing` | opening files; writing files; closing the window |
+| `questions`, `own_files` | questions to the user; files that may be overwritten unasked |
+| `replaced`, `freeing`, `switched` | documents to which undo returns, and their memory; what is switched off |
 | `document` | a scene, its view, its undo history |
 | `contents` | reading and changing volumes, masks and meshes of a scene |
 | `navigation`, `steering` | camera moves as mathematics; events → camera moves and commands |
@@ -23,5 +26,6 @@ file is to be written.
 | `screen`, `interface` | GLFW window; Dear ImGui in that window |
 | `panels` | side panel, overlays and dialogs |
 | `editing`, `histogram`, `ranges`, `handles`, `probe`, `slices` | models behind the panels |
-| `saving`, `scene_writing`, `recent`, `browsing`, `naming` | saved scenes, recent files, file browser, file names |
+| `saving`, `scene_writing`, `recent`, `kept` | saved scenes, recent files, width of the panels |
+| `browsing`, `listing`, `naming` | file browser, listings of folders, file names |
 """
