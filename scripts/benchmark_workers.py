@@ -1,6 +1,6 @@
 """Seconds of a picture by one worker and by several, with an empty and with a filled memory; prints Markdown.
 
-    python scripts/benchmark_workers.py STORE [--workers 1,2] [--rounds 5] [--json FILE]
+    python scripts/benchmark_workers.py STORE [--workers 1,2] [--starts 3] [--rounds 5] [--json FILE]
 
 Processor seconds stand beside wall seconds: where workers share the cores with others only they compare. Their speed-up
 is that of the processor seconds of one worker against those of the busiest of several. With --json it writes both
@@ -11,13 +11,12 @@ from __future__ import annotations
 
 import argparse
 import json
-import statistics
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 from benchmark_timing import columns, machine, row
-from scale_measuring import SIZE, blocks_of, picture_of, scene_of
+from scale_measuring import SIZE, blocks_of, medians, picture_of, scene_of
 
 from texvol import DistributedRenderer, Workers
 
@@ -27,7 +26,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])  # type: ignore[union-attr]
     parser.add_argument("store")
     parser.add_argument("--workers", default="1,2", help="numbers of workers (1,2)")
-    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--starts", type=int, default=3, help="how often workers are started (3)")
+    parser.add_argument("--rounds", type=int, default=5, help="warm pictures after each start (5)")
     parser.add_argument("--tf", default="fog")
     parser.add_argument("--rate", type=float, default=1.0, help="slabs per sample (1)")
     parser.add_argument("--json", type=Path)
@@ -62,20 +62,21 @@ class Measured:
 
 
 def measured(arguments: argparse.Namespace, count: int) -> Measured:
-    """Draw by so many workers, several times."""
+    """Draw by so many workers, several times by processes that have just begun."""
     scene = scene_of(arguments.store, arguments.tf)
-    found: list[tuple[float, float]] = []
-    with Workers(count) as workers, DistributedRenderer(workers) as renderer:
-        for number in range(arguments.rounds + 1):
-            start = time.perf_counter()
-            picture = renderer.render(scene, SIZE, level=0, sampling_rate=arguments.rate)
-            wall = time.perf_counter() - start
-            blocks = blocks_of(renderer)
-            found.append((wall, max(block["cpu_seconds"] for block in blocks)))
-            if not number:
-                parts = blocks[0]["parts"]
-    wall, busiest = (statistics.median(each) for each in zip(*found[1:], strict=True))
-    return Measured(found[0], (wall, busiest), picture_of(scene, picture, arguments.rate, parts))
+    firsts, later, pictures = [], [], []
+
+    def draw() -> tuple[float, float]:
+        start = time.perf_counter()
+        pictures[:] = [renderer.render(scene, SIZE, level=0, sampling_rate=arguments.rate)]
+        return time.perf_counter() - start, max(block["cpu_seconds"] for block in blocks_of(renderer))
+
+    for _ in range(arguments.starts):
+        with Workers(count) as workers, DistributedRenderer(workers) as renderer:
+            firsts.append(draw())
+            parts = blocks_of(renderer)[0]["parts"]
+            later += [draw() for _ in range(arguments.rounds)]
+    return Measured(medians(firsts), medians(later), picture_of(scene, pictures[0], arguments.rate, parts))
 
 
 if __name__ == "__main__":

@@ -22,7 +22,8 @@ _READ = 1 << 30  # stored bytes, at most, that are read
 _SAMPLES = 1 << 27  # of a level that is decoded and drawn, at most
 _SIDE = 1024  # pixels of pictures that are composited and sent
 _TINY = (8, 8)
-_TIMES, _TASKS = 8, 256
+_TIMES, _TASKS, _STARTS = 8, 256, 3
+_LEAST = 0.1  # of a first picture: what preparing takes is a difference, which noise can make too small
 
 
 def scene_of(store: Path | str, function: str, level: int = 0) -> Scene:
@@ -98,16 +99,18 @@ def _drawn(scene: Scene) -> dict[str, float]:
     volume = scene.volume
     assert isinstance(volume, LargeVolume)
     pictures: list[NDArray[np.float32]] = []
-    with Renderer() as renderer:
-        renderer.render(Scene(volume.overview, scene.transfer_function, classification="post"), SIZE)  # compiles
+    firsts, later = [], []
 
-        def draw() -> None:
-            pictures.append(renderer.render(scene, SIZE, level=0, sampling_rate=1.0))
+    def draw() -> None:
+        pictures.append(renderer.render(scene, SIZE, level=0, sampling_rate=1.0))
 
-        first, of_first = _times(draw)
-        parts = renderer.stats["parts"]
-        again = [_times(draw) for _ in range(_TIMES)]
-    wall, processor = (statistics.median(each) for each in zip(*again, strict=True))
+    for _ in range(_STARTS):
+        with Renderer() as renderer:
+            renderer.render(Scene(volume.overview, scene.transfer_function, classification="post"), SIZE)  # compiles
+            firsts.append(_times(draw))
+            parts = renderer.stats["parts"]
+            later += [_times(draw) for _ in range(_TIMES)]
+    (first_wall, first), (wall, processor) = (medians(each) for each in (firsts, later))
     told = picture_of(scene, pictures[0], 1.0, parts)
     samples = told["visible"] * told["size"] / told["sample_bytes"] / 1e6
     rays = told["visible"] * told["pixels"] * (told["size"] / told["sample_bytes"]) ** (1 / 3) / 1e6
@@ -115,11 +118,17 @@ def _drawn(scene: Scene) -> dict[str, float]:
     decoding = told["visible"] * told["size"] / 1e6 / decode
     return {
         "decode": decode,
-        "prepare": samples / max(of_first - processor - decoding, 0.1 * of_first),
+        "prepare": samples / max(first - processor - decoding, _LEAST * first),
         "draw": rays / processor,
-        "cores": (of_first - processor) / max(first - wall, 1e-3),
+        "cores": (first - processor) / max(first_wall - wall, _LEAST * first_wall),
         "draw_cores": processor / wall,
     }
+
+
+def medians(found: list[tuple[float, float]]) -> tuple[float, float]:
+    """Return the medians of wall seconds and of processor seconds."""
+    walls, processors = zip(*found, strict=True)
+    return statistics.median(walls), statistics.median(processors)
 
 
 def _decode(volume: LargeVolume) -> float:
@@ -127,7 +136,7 @@ def _decode(volume: LargeVolume) -> float:
     source = volume.levels[0].source
     whole = slice(0, source.shape[0]), slice(0, source.shape[1]), slice(0, source.shape[2])
     values = source.read(whole)  # from now on the system has the files in memory
-    _, processor = _times(lambda: source.read(whole))
+    processor = statistics.median(_times(lambda: source.read(whole))[1] for _ in range(_STARTS))
     return values.nbytes / 1e6 / processor
 
 
@@ -141,13 +150,13 @@ def _composite() -> float:
 
 def _distributed(store: Path, function: str) -> dict[str, float]:
     """Return what a picture takes beside its samples: of client, scheduler, messages, and a process that begins."""
-    volume = load(store)
-    assert isinstance(volume, LargeVolume)
-    tiny = Scene(volume.overview, function, classification="post")
+    scene = scene_of(store, function)
+    assert isinstance(scene.volume, LargeVolume)
+    coarsest = len(scene.volume.levels) - 1
     walls, busy = [], []
     with Workers(1) as workers, DistributedRenderer(workers) as renderer:
         for _ in range(_TIMES + 1):
-            walls.append(_times(lambda: renderer.render(tiny, _TINY))[0])
+            walls.append(_times(lambda: renderer.render(scene, _TINY, level=coarsest))[0])
             busy.append(blocks_of(renderer)[0]["cpu_seconds"])
         client, picture = workers._client, statistics.median(walls[1:])
         client.gather(client.map(abs, range(_TASKS), pure=False))

@@ -37,7 +37,7 @@ composited at p per second:
 and then the parts come together in ceil(log2 N) l + 16 P / b, of the tree l + 16 P / b; one worker composites nothing,
 and sends its picture. A picture takes the client a time of its own, to cut the box and to send the scene, and the
 scheduler a time for each task: three for each block (it is drawn, its picture goes on, its numbers come back), and of
-the tree one for each of the N - 1 pairs. What limits is the largest of these terms.
+the tree one for each of the N - 1 pairs. What limits is the largest of the terms that a picture waits for.
 """
 
 from __future__ import annotations
@@ -189,12 +189,18 @@ def terms(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree
     return own | {"schedule": rates.picture + tasks(workers, scheme) * rates.task, "start": start}
 
 
+def path_of(own: dict[str, float], device: bool) -> list[str]:
+    """Return the names of the terms that a picture waits for: reading, or the processor, or the device."""
+    processor = ["decode", "prepare"] if device else ["decode", "prepare", "draw"]
+    at_once = [["read"], processor, ["draw"]] if device else [["read"], processor]
+    slowest = max(at_once, key=lambda names: sum(own[name] for name in names))
+    return [*slowest, "composite", "network", "schedule", "start"]
+
+
 def seconds(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree", radix: int = 8) -> float:
     """Return the seconds of a picture."""
     own = terms(picture, workers, rates, scheme, radix)
-    of_processor = own["decode"] + own["prepare"]
-    drawn = max(of_processor, own["draw"]) if picture.device else of_processor + own["draw"]
-    return max(own["read"], drawn) + sum(own[name] for name in ("composite", "network", "schedule", "start"))
+    return sum(own[name] for name in path_of(own, picture.device))
 
 
 def processor_seconds(picture: Picture, workers: int, rates: Throughput) -> float:
@@ -206,9 +212,9 @@ def processor_seconds(picture: Picture, workers: int, rates: Throughput) -> floa
 
 
 def limit(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree", radix: int = 8) -> str:
-    """Return the name of the largest term."""
+    """Return the name of the largest term that a picture waits for."""
     own = terms(picture, workers, rates, scheme, radix)
-    return max(own, key=lambda name: own[name])
+    return max(path_of(own, picture.device), key=lambda name: own[name])
 
 
 def in_bytes(count: float) -> str:

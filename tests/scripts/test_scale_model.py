@@ -57,6 +57,15 @@ def test_chunks_at_the_borders_of_blocks_are_decoded_by_both() -> None:
     assert model.decoded_twice(CHUNKED, 10**6) <= 27
 
 
+def test_what_is_done_at_the_same_time_does_not_limit() -> None:
+    slow = replace(RATES, read=9.0)  # 56 s, more than any other but drawing on a slower processor
+    halves = replace(slow, decode=1000 / 40, prepare=1000 / 45)  # 40 and 45 s, together more than reading
+    drawn = replace(PICTURE, device=True, pixels=10**5)  # 10 s
+    assert (model.limit(drawn, 1, slow), model.limit(drawn, 1, halves)) == ("read", "prepare")
+    assert model.seconds(drawn, 1, slow) == pytest.approx(500 / 9 + 0.001 + 0.01 + 0.08)
+    assert model.seconds(drawn, 1, halves) == pytest.approx(85 + 0.001 + 0.01 + 0.08)
+
+
 def test_slabs_along_rays_are_drawn_and_samples_of_the_volume_are_prepared() -> None:
     larger = replace(PICTURE, size=8 * PICTURE.size)
     one, other = model.of_block(PICTURE, 1, RATES), model.of_block(larger, 1, RATES)
