@@ -27,7 +27,7 @@ def main() -> int:
     parser.add_argument("store")
     parser.add_argument("--workers", default="1,2", help="numbers of workers (1,2)")
     parser.add_argument("--starts", type=int, default=3, help="how often workers are started (3)")
-    parser.add_argument("--rounds", type=int, default=5, help="warm pictures after each start (5)")
+    parser.add_argument("--rounds", type=int, default=5, help="warm pictures after each start (5); 0: none")
     parser.add_argument("--tf", default="fog")
     parser.add_argument("--rate", type=float, default=1.0, help="slabs per sample (1)")
     parser.add_argument("--json", type=Path)
@@ -40,13 +40,12 @@ def main() -> int:
     for count in map(int, arguments.workers.split(",")):
         found[str(count)] = own = measured(arguments, count)
         one = next(iter(found.values()))
-        pairs = (own.first, one.first), (own.again, one.again)
-        row(count, *(f"{each:.2f}" for (wall, busy), (_, alone) in pairs for each in (wall, busy, alone / busy)))
+        row(count, *cells(own.first, one.first), *cells(own.again, one.again))
     if arguments.json:
         told = {
             "picture": next(iter(found.values())).picture,
             "first": {count: each.first for count, each in found.items()},
-            "again": {count: each.again for count, each in found.items()},
+            "again": {count: each.again for count, each in found.items() if each.again},
         }
         arguments.json.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
     return 0
@@ -57,8 +56,13 @@ class Measured:
     """Wall seconds and processor seconds of the busiest worker, of the first picture and of a later one."""
 
     first: tuple[float, float]
-    again: tuple[float, float]
+    again: tuple[float, float] | None
     picture: dict[str, float]  # as `scale_model.Picture` has it
+
+
+def cells(own: tuple[float, float] | None, one: tuple[float, float] | None) -> list[str]:
+    """Return wall and processor seconds, and how many times less processor seconds those are than of one worker."""
+    return [f"{each:.2f}" for each in (*own, one[1] / own[1])] if own and one else ["–"] * 3
 
 
 def measured(arguments: argparse.Namespace, count: int) -> Measured:
@@ -76,7 +80,8 @@ def measured(arguments: argparse.Namespace, count: int) -> Measured:
             firsts.append(draw())
             parts = blocks_of(renderer)[0]["parts"]
             later += [draw() for _ in range(arguments.rounds)]
-    return Measured(medians(firsts), medians(later), picture_of(scene, pictures[0], arguments.rate, parts))
+    again = medians(later) if later else None
+    return Measured(medians(firsts), again, picture_of(scene, pictures[0], arguments.rate, parts))
 
 
 if __name__ == "__main__":
