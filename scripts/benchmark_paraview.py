@@ -4,9 +4,10 @@
     .venv/bin/python scripts/benchmark_paraview.py --folder FOLDER [--samples 512] [--tf opaque] [--rounds 3]
 
 ParaView is Debian's (`pvbatch` by `mpiexec`, under Xvfb) and has its settings, but for linear interpolation, no light,
-no anti-aliasing (which smooths the picture of two ranks and not that of one), and a transfer function of the same extinctions: its opacities are given for the length of one sample, on a grid twice as fine
-as the values. Its mapper draws what lies between the outermost samples, and so texvol is told to crop half a sample on
-each side. Its distance of samples is half of theirs, which no setting changes; texvol draws with the same.
+no anti-aliasing (which smooths the picture of two ranks and not that of one), and a transfer function of the same
+extinctions: its opacities are given for the length of one sample, on a grid twice as fine as the values. Its mapper
+draws what lies between the outermost samples, and so texvol is told to crop half a sample on each side. Its distance of
+samples is half of the volume's, which no setting changes; texvol draws with the same.
 
 Both pictures are held against texvol's ray caster on the processor, in linear colours on black; ParaView's have 8 bits,
 which alone is an rms error of 0.001. Each first picture is a command from start to end, with the files not in memory if
