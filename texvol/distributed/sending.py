@@ -14,7 +14,7 @@ from typing import Any
 
 from texvol.scene.lighting import Lighting
 from texvol.scene.mask import Mask
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -30,7 +30,7 @@ class Packer:
         self._known: dict[int, tuple[Any, str]] = {}  # parts by identity, kept so that it stays theirs
         self.parts: dict[str, bytes] = {}
 
-    def pack(self, scene: CompleteScene) -> tuple[bytes, tuple[str, ...]]:
+    def pack(self, scene: Scene) -> tuple[bytes, tuple[str, ...]]:
         """Return a scene as bytes, and the digests of its parts, whose bytes are in `parts`.
 
         Raises
@@ -80,7 +80,7 @@ class Unpacker:
     def __init__(self) -> None:
         self._parts: OrderedDict[str, Any] = OrderedDict()
 
-    def unpack(self, content: bytes, parts: dict[str, bytes]) -> CompleteScene:
+    def unpack(self, content: bytes, parts: dict[str, bytes]) -> Scene:
         """Return the scene of the bytes that `Packer.pack` made; `parts` has those of its parts by their digests."""
         scene = self._unpacked(content, parts)
         while len(self._parts) > max(_MOST_KEPT, len(parts)):
@@ -88,7 +88,7 @@ class Unpacker:
         volumes = [digest for digest, part in self._parts.items() if isinstance(part, Volume) and digest not in parts]
         for digest in volumes:  # which take much memory
             del self._parts[digest]
-        assert isinstance(scene, CompleteScene)
+        assert isinstance(scene, Scene)
         return scene
 
     def _unpacked(self, content: bytes, parts: dict[str, bytes]) -> Any:

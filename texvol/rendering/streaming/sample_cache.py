@@ -37,6 +37,7 @@ class Reading:
     """Counts and bytes of samples that were read."""
 
     chunks_decoded: int = 0
+    bytes_decoded: int = 0  # of samples in them
     hits: int = 0  # chunks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
@@ -203,6 +204,7 @@ class SampleCache:
             return held
         grid = self._levels[level]
         self.reading.chunks_decoded += 1
+        self.reading.bytes_decoded += grid.bytes(place)
         held = Held(self._begin(grid.source, grid.box(place)))
         self._chunks[chunk] = held
         self._bytes += grid.bytes(place)
