@@ -24,6 +24,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 
 SceneOfAnyKind = TypeVar("SceneOfAnyKind", bound=Scene)
+_Moment = tuple[float, float]  # seconds of the wall and of the processor
 
 
 @dataclass(frozen=True)
@@ -96,9 +97,8 @@ class _Worker(Renderer):
         super().__init__(machine.backend, texture_memory=textures / 1e6 if textures else None)
         self._machine, self.lock, self._unpacker = machine, threading.Lock(), Unpacker()
 
-    def block(self, order: Order, parts: dict[str, bytes]) -> Drawn:
+    def block(self, order: Order, parts: dict[str, bytes], began: _Moment) -> Drawn:
         """Draw a block, or count its samples."""
-        start, cpu = time.perf_counter(), time.process_time()
         with self._context:
             scene = self._scene(order.scene, parts)
             assert isinstance(scene, CompleteScene)
@@ -110,16 +110,15 @@ class _Worker(Renderer):
             else:
                 picture = pictures.draw(scene, size, settings, order.repeat, order.depth, order.block)
                 found = picture if order.block is None else cropped(picture)
-            return Drawn(found, pictures.rounding(scene), pictures.lost_digits, self._told(scene, start, cpu))
+            return Drawn(found, pictures.rounding(scene), pictures.lost_digits, self._told(scene, began))
 
-    def frame(self, order: FrameOrder, content: bytes, parts: dict[str, bytes]) -> DrawnFrame:
+    def frame(self, order: FrameOrder, content: bytes, parts: dict[str, bytes], began: _Moment) -> DrawnFrame:
         """Draw a whole frame."""
-        start, cpu = time.perf_counter(), time.process_time()
         scene, before = self._scene(content, parts), self._decoded
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             frame = frame_of(self, scene, order.size, order.views, order.accuracy, order.kept)
-        told = self._told(scene, start, cpu)
+        told = self._told(scene, began)
         needed, room = self._needed_and_room(scene, before)
         assert self._last is not None
         return DrawnFrame(
@@ -139,11 +138,12 @@ class _Worker(Renderer):
         """Return a scene that was sent; its large volume holds no more samples than this worker may."""
         return with_memory(self._unpacker.unpack(content, parts), self._machine.memory)
 
-    def _told(self, scene: Scene, start: float, cpu: float) -> dict[str, Any]:
-        """Return what is told of the last picture, which began at these seconds of the wall and of the processor."""
+    def _told(self, scene: Scene, began: _Moment) -> dict[str, Any]:
+        """Return what is told of the last picture."""
+        now = _now()
         told = {
-            "seconds": time.perf_counter() - start,
-            "cpu_seconds": time.process_time() - cpu,
+            "seconds": now[0] - began[0],
+            "cpu_seconds": now[1] - began[1],
             "steps": self.seconds,
             "bricks_drawn": self._pictures_of(scene).bricks_drawn,
             "process": os.getpid(),
@@ -165,6 +165,10 @@ class _Worker(Renderer):
         return sum(each.textures.bytes_of_all for each in self._pictures.in_memory.cache.volumes), self._budget
 
 
+def _now() -> _Moment:
+    return time.perf_counter(), time.process_time()
+
+
 @cache
 def _worker(machine: Machine) -> _Worker:
     return _Worker(machine)
@@ -175,18 +179,20 @@ _MAKING = threading.Lock()  # of what there is one of in a process
 
 def draw(machine: Machine, order: Order, parts: dict[str, bytes]) -> Drawn:
     """Draw a block: its picture, cropped, or the depth of its isosurface, or its number of sampled slabs."""
+    began = _now()
     with _MAKING:
         worker = _worker(machine)
     with worker.lock, np.errstate(all="ignore"):
-        return worker.block(order, parts)
+        return worker.block(order, parts, began)
 
 
 def draw_frame(machine: Machine, order: FrameOrder, scene: bytes, parts: dict[str, bytes]) -> DrawnFrame:
     """Draw a whole frame of a sequence, as a renderer of one process draws it."""
+    began = _now()
     with _MAKING:
         worker = _worker(machine)
     with worker.lock, np.errstate(all="ignore"):
-        return worker.frame(order, scene, parts)
+        return worker.frame(order, scene, parts, began)
 
 
 def raycast_pixels(

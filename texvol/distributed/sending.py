@@ -27,7 +27,8 @@ class Packer:
     """Makes bytes of scenes, and of each of their parts once."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[Any, str]] = {}  # parts by identity, kept so that it stays theirs
+        # Parts by identity, kept so that it stays theirs, with their digests and those of the parts in them.
+        self._known: dict[int, tuple[Any, str, dict[str, None]]] = {}
         self.parts: dict[str, bytes] = {}
 
     def pack(self, scene: Scene) -> tuple[bytes, tuple[str, ...]]:
@@ -67,10 +68,12 @@ class Packer:
     def _digest(self, part: Any, used: dict[str, None]) -> str:
         known = self._known.get(id(part))
         if known is None:
-            content = self._packed(part, part, used)
-            known = part, hashlib.blake2b(content, digest_size=16).hexdigest()
+            inner: dict[str, None] = {}
+            content = self._packed(part, part, inner)
+            known = part, hashlib.blake2b(content, digest_size=16).hexdigest(), inner
             self._known[id(part)] = known
             self.parts[known[1]] = content
+        used.update(known[2])
         return known[1]
 
 
