@@ -18,6 +18,7 @@ from texvol.distributed.sending import Packer
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.memory import free_memory
+from texvol.util.termination import unheard_by_children
 
 T = TypeVar("T")
 _MOST_LOSSES = 4  # as often as Dask, by default, lets workers die of a task
@@ -72,10 +73,15 @@ class Workers:
         textures = int(texture_memory * 1e6) if texture_memory else None
         self._machine, self._packer, self._cluster = Machine(backend, textures, memory), Packer(), None
         self._sent: dict[str, Any] = {}
-        if address is None:
-            self._start(count or os.cpu_count() or 1)
-        else:
-            self._connect(address, tls_ca, tls_cert, tls_key)
+        self._client: Any = None
+        try:
+            if address is None:
+                self._start(count or os.cpu_count() or 1)
+            else:
+                self._connect(address, tls_ca, tls_cert, tls_key)
+        except BaseException:
+            self.close()
+            raise
 
     def _start(self, count: int) -> None:
         """Start processes on this machine."""
@@ -92,7 +98,7 @@ class Workers:
             "distributed.scheduler.http.routes": [],
             "distributed.worker.http.routes": [],
         }
-        with dask.config.set(settings):
+        with dask.config.set(settings), unheard_by_children():
             self._cluster = distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
@@ -261,7 +267,8 @@ class Workers:
     def close(self) -> None:
         """Stop the processes on this machine, or leave the cluster."""
         self._sent.clear()
-        self._client.close()
+        if self._client is not None:
+            self._client.close()
         if self._cluster is not None:
             self._cluster.close()
 
