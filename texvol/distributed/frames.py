@@ -59,8 +59,9 @@ def _counted(count: int, what: str) -> str:
 @dataclass
 class _Sent:
     scene: Scene
-    address: str
-    coming: Any
+    report: bool = False  # True if the report of `--stats` is wanted as well
+    address: str = ""
+    coming: Any = None
 
 
 class FramesOverWorkers:
@@ -114,8 +115,8 @@ class FramesOverWorkers:
     def report(self) -> dict[str, Any]:
         """Return what `--stats` says of the last frame as one process draws it; it is drawn once more for that."""
         assert self._last is not None
-        sent = _Sent(self._last, "", None)
-        self._send(sent, report=True)
+        sent = _Sent(self._last, report=True)
+        self._send(sent)
         report = self._frame_of(sent).report
         assert report is not None
         return report
@@ -127,15 +128,15 @@ class FramesOverWorkers:
             scene = next(scenes, None)
             if scene is None:
                 return
-            sent = _Sent(scene, "", None)
+            sent = _Sent(scene)
             self._send(sent)
             self._sent.append(sent)
 
-    def _send(self, sent: _Sent, report: bool = False) -> None:
+    def _send(self, sent: _Sent) -> None:
         """Send a scene to the worker that has least to do."""
         kept = self._kept
         scene = sent.scene if kept is None else sent.scene.classified_as(kept.classification)
-        order = FrameOrder(self._size, self._views, self._accuracy, kept, report)
+        order = FrameOrder(self._size, self._views, self._accuracy, kept, sent.report)
         busy = Counter(each.address for each in self._sent if not each.coming.done())
 
         def begin() -> None:

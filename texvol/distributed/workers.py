@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Self, TypeVar
 
@@ -22,6 +24,7 @@ from texvol.util.termination import unheard_by_children
 
 T = TypeVar("T")
 _MOST_LOSSES = 4  # as often as Dask, by default, lets workers die of a task
+_PAUSE = 0.5  # seconds, in which a scheduler notices that a worker is gone
 _TILE = 4096  # pixels of the oracle, at most, in one piece
 _PATIENCE = 60.0  # seconds for a scheduler to answer and for its workers to come
 
@@ -254,15 +257,21 @@ class Workers:
         InputError
             If that happens again and again, or no worker comes in place of those that are gone.
         """
-        for _ in range(_MOST_LOSSES):
-            try:
-                self._client.wait_for_workers(1, timeout=_PATIENCE)
+        from distributed.comm import CommClosedError
+
+        for attempt in range(_MOST_LOSSES):
+            time.sleep(_PAUSE if attempt else 0.0)
+            self._wait_for_a_worker()
+            # Something was lost with a worker, or a worker died while it was sent to.
+            with suppress(CancelledError, CommClosedError, TimeoutError):
                 return draw()
-            except CancelledError:
-                continue
-            except TimeoutError:
-                raise InputError(f"no worker is left, and none came within {_PATIENCE:g} s") from None
         raise InputError(f"workers died again and again while they drew: {_MOST_LOSSES} times")
+
+    def _wait_for_a_worker(self) -> None:
+        try:
+            self._client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, TimeoutError) as error:
+            raise InputError(f"no worker answers any more, and none came within {_PATIENCE:g} s: {error}") from None
 
     def close(self) -> None:
         """Stop the processes on this machine, or leave the cluster."""
