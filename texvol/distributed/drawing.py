@@ -114,12 +114,12 @@ class _Worker(Renderer):
 
     def frame(self, order: FrameOrder, content: bytes, parts: dict[str, bytes], began: _Moment) -> DrawnFrame:
         """Draw a whole frame."""
-        scene, before = self._scene(content, parts), self._decoded
+        scene = self._scene(content, parts)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             frame = frame_of(self, scene, order.size, order.views, order.accuracy, order.kept)
         told = self._told(scene, began)
-        needed, room = self._needed_and_room(scene, before)
+        needed, room = self._needed_and_room(scene)
         assert self._last is not None
         return DrawnFrame(
             cropped(frame.picture),
@@ -151,17 +151,11 @@ class _Worker(Renderer):
         }
         return told | ({"parts": self._pictures.in_parts.stats} if isinstance(scene.volume, LargeVolume) else {})
 
-    @property
-    def _decoded(self) -> int:
-        """Bytes of samples that were decoded since the last large volume was opened."""
-        return int(self._pictures.in_parts.stats.get("bytes_decoded", 0))
-
-    def _needed_and_room(self, scene: Scene, decoded_before: int) -> tuple[int, int]:
+    def _needed_and_room(self, scene: Scene) -> tuple[int, int]:
         """Return the bytes that the last frame took, and those that there is room for."""
         if isinstance(scene.volume, LargeVolume):
-            now = self._decoded
-            needed = now - decoded_before if now >= decoded_before else now
-            return needed, int(self._pictures.in_parts.stats["memory"])
+            parts = self._pictures.in_parts.stats
+            return parts["bytes_wanted"], parts["memory"]
         return sum(each.textures.bytes_of_all for each in self._pictures.in_memory.cache.volumes), self._budget
 
 
