@@ -116,7 +116,7 @@ def test_blocks_go_over_workers_where_frames_are_few(workers: Workers, renderer:
 
 
 def test_what_a_worker_holds_in_blocks_only_is_drawn_in_blocks(renderer: Renderer, tmp_path: Path) -> None:
-    volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(96), chunk=16))
+    volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(96), chunk=16), memory=4_800_000)
     scene = Scene(volume, FOG, classification="post")
     # A frame takes 3.5 MB of samples, of which each worker has room for three quarters of its memory.
     with Workers(2, memory=2_400_000) as workers, DistributedRenderer(workers) as several:

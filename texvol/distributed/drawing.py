@@ -24,6 +24,9 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 
 SceneOfAnyKind = TypeVar("SceneOfAnyKind", bound=Scene)
+# Workers among whom memory may be divided while each has room for eight of the regions that the whole has 32 of: for
+# two of them as textures, a quarter of it, and for those that are read ahead.
+_MOST_SHARED = 4
 _Moment = tuple[float, float]  # seconds of the wall and of the processor
 
 
@@ -206,9 +209,16 @@ def _unpacker() -> Unpacker:
 
 
 def with_memory(scene: SceneOfAnyKind, memory: int | None) -> SceneOfAnyKind:
-    """Return the scene whose large volumes hold at most so many bytes of samples."""
-    if memory is not None and isinstance(scene.volume, LargeVolume):
-        scene.volume.memory = min(scene.volume.memory, memory)
+    """Return the scene whose large volume holds at most so many bytes of samples.
+
+    It is cut into the same regions as in one process, as far as there is room for them: texels of other regions would
+    be rounded in another way.
+    """
+    volume = scene.volume
+    if memory is not None and isinstance(volume, LargeVolume):
+        if volume.cut_for is None:
+            volume.cut_for = min(volume.memory, _MOST_SHARED * memory)
+        volume.memory = min(volume.memory, memory)
     return scene
 
 
