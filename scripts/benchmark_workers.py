@@ -1,10 +1,11 @@
 """Seconds of a picture by one worker and by several, with an empty and with a filled memory; prints Markdown.
 
-    python scripts/benchmark_workers.py VOLUME [--workers 1,2] [--rounds 5] [--json FILE]
+    python scripts/benchmark_workers.py VOLUME [--workers 1,2] [--rounds 5] [--json FILE] [--frames N]
 
 Processor seconds stand beside wall seconds: where workers share the cores with others only they compare. Their speed-up
 is that of the processor seconds of one worker against those of the busiest of several. With --json it writes the
-wall seconds for `scale_model.py --held-against`.
+wall seconds for `scale_model.py --held-against`. With --frames it draws an orbit of so many frames instead, in one
+process and by each number of workers, which draw them whole.
 """
 
 from __future__ import annotations
@@ -13,12 +14,15 @@ import argparse
 import json
 import statistics
 import time
+from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 
 from benchmark_timing import columns, machine, row
 
 import texvol
-from texvol import DistributedRenderer, Scene, Workers
+from texvol import DistributedRenderer, Renderer, Scene, Workers
+from texvol.scene import orbit
 
 _SIZE = (512, 512)
 
@@ -32,8 +36,12 @@ def main() -> int:
     parser.add_argument("--tf", default="fog")
     parser.add_argument("--rate", type=float, default=1.0, help="slabs per sample (1)")
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--frames", type=int, help="frames of an orbit, in place of single pictures")
     arguments = parser.parse_args()
     print(machine() + "\n")
+    if arguments.frames:
+        measure_frames(arguments)
+        return 0
     columns("workers", "first picture s", "warm s", "busiest worker, processor s", "speed-up by processor s")
     seconds, alone = {}, None
     for count in map(int, arguments.workers.split(",")):
@@ -44,6 +52,46 @@ def main() -> int:
     if arguments.json:
         arguments.json.write_text(json.dumps({"workers": seconds}, indent=2) + "\n", encoding="utf-8")
     return 0
+
+
+def measure_frames(arguments: argparse.Namespace) -> None:
+    """Print seconds of an orbit in one process and by workers, which are there before the clock begins."""
+    columns(
+        "workers",
+        "wall s",
+        "frames per s",
+        "all workers, processor s",
+        "busiest, processor s",
+        "speed-up by processor s",
+    )
+    alone = None
+    for count in [None, *map(int, arguments.workers.split(","))]:
+        wall, spent = seconds_of_frames(arguments, count)
+        alone = alone or sum(spent)
+        busiest = max(spent)
+        numbers = f"{wall:.2f}", f"{arguments.frames / wall:.2f}", f"{sum(spent):.2f}", f"{busiest:.2f}"
+        row("one process" if count is None else count, *numbers, f"{alone / busiest:.2f}")
+
+
+def seconds_of_frames(arguments: argparse.Namespace, count: int | None) -> tuple[float, list[float]]:
+    """Return the wall seconds of an orbit, and the processor seconds of each process that drew; None: this one."""
+    scene = Scene(texvol.load(arguments.volume), arguments.tf, classification="post")
+    camera = scene.completed(_SIZE).camera
+    turned = (replace(scene, camera=orbit.turned(camera, 360 * i / arguments.frames)) for i in range(arguments.frames))
+    with ExitStack() as opened:
+        workers = None if count is None else opened.enter_context(Workers(count))
+        renderer = opened.enter_context(Renderer() if workers is None else DistributedRenderer(workers))
+        start, cpu = time.perf_counter(), time.process_time()
+        asked = {"count": arguments.frames, "views": arguments.frames, "sampling_rate": arguments.rate}
+        for _ in renderer.frames(turned, _SIZE, **asked, max_error=None):
+            pass
+        wall = time.perf_counter() - start
+        if workers is None:
+            return wall, [time.process_time() - cpu]
+        spent: dict[int, float] = {}
+        for frame in renderer.stats["frames"]:
+            spent[frame["process"]] = spent.get(frame["process"], 0.0) + frame["cpu_seconds"]
+        return wall, list(spent.values())
 
 
 def measured(arguments: argparse.Namespace, count: int) -> tuple[float, float, float]:
