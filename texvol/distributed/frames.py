@@ -140,7 +140,10 @@ class FramesOverWorkers:
         busy = Counter(each.address for each in self._sent if not each.coming.done())
 
         def begin() -> None:
-            sent.address = min(self._workers.addresses(), key=lambda address: busy[address])
+            addresses = self._workers.addresses()
+            if not addresses:
+                raise CancelledError  # all workers are being replaced
+            sent.address = min(addresses, key=lambda address: busy[address])
             sent.coming = self._workers.begin_frame(scene, order, sent.address)
 
         self._workers.again_if_lost(begin)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Callable, Sequence
@@ -118,6 +119,8 @@ class Workers:
     def _connect(self, address: str, ca: str | None, cert: str | None, key: str | None) -> None:
         """Connect to the scheduler of a cluster, and wait for a worker."""
         _, distributed = _libraries()
+        # Of workers and schedulers that are gone an error tells, or nothing where others take their place.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)
         security = None
         if ca or cert or key:
             for path in (ca, cert, key):
