@@ -253,7 +253,7 @@ class Workers:
         return frame
 
     def again_if_lost(self, draw: Callable[[], T]) -> T:
-        """Return what a function returns; call it again if what it sent was lost with the only worker that had it.
+        """Call a function, and again if what it sent was lost with the only worker that had it; return the result.
 
         Raises
         ------
@@ -274,7 +274,7 @@ class Workers:
         try:
             self._client.wait_for_workers(1, timeout=_PATIENCE)
         except (OSError, TimeoutError) as error:
-            raise InputError(f"no worker answers any more, and none came within {_PATIENCE:g} s: {error}") from None
+            raise InputError(f"workers or scheduler do not answer within {_PATIENCE:g} s: {error}") from None
 
     def close(self) -> None:
         """Stop the processes on this machine, or leave the cluster."""

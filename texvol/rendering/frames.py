@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable
+from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.scene import Classification, Scene
 
-if TYPE_CHECKING:
-    from texvol.rendering.renderer import Renderer
+
+class DrawsPictures(Protocol):
+    """Renderer, as frames need it; see `texvol.rendering.renderer.Renderer`."""
+
+    drawn_scene: Scene | None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Arguments with which `render` draws the last picture again."""
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """Attributes of the last picture's header."""
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report of the last picture."""
+
+    @property
+    def render(self) -> Callable[..., NDArray[np.float32]]:
+        """Function that returns a scene's picture."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +55,7 @@ class Frame:
 
 
 def drawn_one_by_one(
-    renderer: Renderer,
+    renderer: DrawsPictures,
     scenes: Iterable[Scene],
     size: tuple[int, int],
     views: int,
@@ -61,7 +80,12 @@ def drawn_one_by_one(
 
 
 def frame_of(
-    renderer: Renderer, scene: Scene, size: tuple[int, int], views: int, accuracy: dict[str, Any], kept: Kept | None
+    renderer: DrawsPictures,
+    scene: Scene,
+    size: tuple[int, int],
+    views: int,
+    accuracy: dict[str, Any],
+    kept: Kept | None,
 ) -> Frame:
     """Draw a frame: the first one of a sequence if nothing is `kept` from another."""
     if kept is not None:
@@ -71,7 +95,7 @@ def frame_of(
     return Frame(picture, drawn, renderer.settings, kept or _kept(renderer, drawn, accuracy))
 
 
-def _kept(renderer: Renderer, drawn: Scene, accuracy: dict[str, Any]) -> Kept:
+def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Kept:
     """Return the choices of the picture that was drawn last."""
     kept: dict[str, Any] = {"texture_refinement": renderer.settings["texture_refinement"]}
     estimate = {}
