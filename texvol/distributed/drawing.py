@@ -137,6 +137,10 @@ class _Worker(Renderer):
             self.stats | {"seconds": told["steps"]} if order.report else None,
         )
 
+    def prepare(self, content: bytes, parts: dict[str, bytes]) -> None:
+        """Unpack a scene that will be drawn."""
+        self._scene(content, parts)
+
     def _scene(self, content: bytes, parts: dict[str, bytes]) -> Scene:
         """Return a scene that was sent; its large volume holds no more samples than this worker may."""
         return with_memory(self._unpacker.unpack(content, parts), self._machine.memory)
@@ -190,6 +194,14 @@ def draw_frame(machine: Machine, order: FrameOrder, scene: bytes, parts: dict[st
         worker = _worker(machine)
     with worker.lock, np.errstate(all="ignore"):
         return worker.frame(order, scene, parts, began)
+
+
+def prepare(machine: Machine, scene: bytes, parts: dict[str, bytes]) -> None:
+    """Open the context of this process, and unpack a scene that it will draw."""
+    with _MAKING:
+        worker = _worker(machine)
+    with worker.lock:
+        worker.prepare(scene, parts)
 
 
 def raycast_pixels(

@@ -84,6 +84,7 @@ class FramesOverWorkers:
         self._sent: deque[_Sent] = deque()
         self._last: Scene | None = None
         self._stops = False
+        self._preparing: list[Any] = []  # workers, while the first frame is drawn
         self.stats: list[dict[str, Any]] = []  # of each frame
 
     def drawn(
@@ -108,9 +109,10 @@ class FramesOverWorkers:
                     warnings.warn(message, category, stacklevel=3)
                 yield sent.scene, frame
         finally:
-            for sent in self._sent:
-                sent.coming.cancel()
+            for coming in (*(sent.coming for sent in self._sent), *self._preparing):
+                coming.cancel()
             self._sent.clear()
+            self._preparing.clear()
 
     def report(self) -> dict[str, Any]:
         """Return what `--stats` says of the last frame as one process draws it; it is drawn once more for that."""
@@ -131,6 +133,13 @@ class FramesOverWorkers:
             sent = _Sent(scene)
             self._send(sent)
             self._sent.append(sent)
+            if self._kept is None and self._views > 1:
+                self._prepare_others(sent)
+
+    def _prepare_others(self, first: _Sent) -> None:
+        """Let the other workers open their contexts and unpack the scene while one draws the first frame."""
+        others = [each for each in self._workers.addresses() if each != first.address]
+        self._preparing = self._workers.again_if_lost(lambda: self._workers.prepare(first.scene, others))
 
     def _send(self, sent: _Sent) -> None:
         """Send a scene to the worker that has least to do."""

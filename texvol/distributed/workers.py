@@ -232,19 +232,24 @@ class Workers:
         return stats, picture
 
     def begin_frame(self, scene: Scene, order: FrameOrder, address: str) -> Any:
-        """Let a worker draw a whole frame, or another one if that is gone; return the frame to come."""
+        """Let a worker draw a whole frame, or another one if that is gone; return the frame to come.
+
+        Parts of a scene that is seen from several sides are sent to all workers at once.
+        """
         content, digests = self._packer.pack(scene)
         self._packer.forget(digests)
-        return self._client.submit(
-            drawing.draw_frame,
-            self._machine,
-            order,
-            content,
-            self._parts(digests, address),
-            pure=False,
-            workers=[address],
-            allow_other_workers=True,
-        )
+        parts = self._parts(digests, None if order.views > 1 else address)
+        return self._submitted(address, drawing.draw_frame, self._machine, order, content, parts)
+
+    def prepare(self, scene: Scene, addresses: Sequence[str]) -> list[Any]:
+        """Let workers open their contexts and unpack a scene that was sent; return what to keep until they have."""
+        content, digests = self._packer.pack(scene)
+        arguments = self._machine, content, self._parts(digests)
+        return [self._submitted(each, drawing.prepare, *arguments) for each in addresses]
+
+    def _submitted(self, address: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        where = {"workers": [address], "allow_other_workers": True}
+        return self._client.submit(function, *arguments, pure=False, **where)
 
     def drawn_frame(self, coming: Any) -> DrawnFrame:
         """Wait for a frame; raises CancelledError if something that it needs is lost with a worker."""
