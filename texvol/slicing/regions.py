@@ -88,7 +88,8 @@ def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list
 
 def most_samples_of(volume: LargeVolume) -> float:
     """Return how many samples a region may have so that memory has room for many."""
-    return min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
+    memory = volume.memory if volume.cut_for is None else volume.cut_for
+    return min(memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
 
 
 def brick_of(
