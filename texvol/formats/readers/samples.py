@@ -31,7 +31,17 @@ class NoChannel(FileFault):
 
 
 class TimeSteps(Exception):
-    """Number of time steps of a file, its argument; raised by a reader if `Choice.counting`."""
+    """Number of time steps of a file, and True if its components are colours; raised by a reader if `Choice.counting`.
+
+    The second argument may be left out by formats that have no colours.
+    """
+
+
+class AxisLength(Exception):
+    """Number of channels or time steps of a file, 0 without such an axis; raised where `COUNTED` is chosen."""
+
+
+COUNTED = 2**62  # a channel or time step that no file has: a reader that is asked for it says how many there are
 
 
 class Choice(NamedTuple):
@@ -165,10 +175,12 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
         If an axis of space is missing, or an option is missing, out of range, or without an axis.
     TimeSteps
         If `choice.counting`.
+    AxisLength
+        If the choice along an axis is COUNTED.
     """
     sizes = [int(size) for size in sizes]
     if choice.counting:
-        raise TimeSteps(_steps(axes, sizes, choice))
+        raise TimeSteps(_steps(axes, sizes, choice), "K" in axes)
     wanted = {"C": choice.channel, "T": choice.time}
     index: list[int | slice] = []
     for axis, size in zip(axes, sizes, strict=True):
@@ -191,8 +203,7 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
         index.append(chosen)
     for name, chosen in wanted.items():
         if chosen:
-            kind = NoChannel if name == "C" else FileFault
-            raise kind(f"{_OPTIONS[name]} {chosen}: the file has no {_NAMES[name]} axis ({_listed(axes, sizes)})")
+            raise without_axis(name, chosen, f"no {_NAMES[name]} axis ({_listed(axes, sizes)})")
     if [axis for axis in axes if axis in "ZYX"] != list("ZYX"):
         spatial = [size for axis, size in zip(axes, sizes, strict=True) if axis in "ZYX"]
         raise FileFault(f"must have 3 axes, got {len(spatial)} ({by(spatial[::-1])})")
@@ -210,8 +221,18 @@ def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
     return steps[0] if steps else 1
 
 
-def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
-    """Return the fault of a choice along "C" or "T" that does not exist."""
+def without_axis(axis: str, chosen: int, has: str) -> Exception:
+    """Return the fault of a choice along "C" or "T" of a file without that axis; `has` are words on what it has."""
+    if chosen == COUNTED:
+        return AxisLength(0)
+    kind = NoChannel if axis == "C" else FileFault
+    return kind(f"{_OPTIONS[axis]} {chosen}: the file has {has}")
+
+
+def out_of_range(axis: str, chosen: int | None, size: int) -> Exception:
+    """Return the fault of a choice along "C" or "T" that does not exist; the length of the axis if that is asked."""
+    if chosen == COUNTED:
+        return AxisLength(size)
     plural = "" if size == 1 else "s"
     kind = NoChannel if axis == "C" else FileFault
     return kind(f"{_OPTIONS[axis]} must be in 0..{size - 1}, got {chosen}: it has {size} {_COUNTED[axis]}{plural}")

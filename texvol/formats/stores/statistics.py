@@ -1,7 +1,9 @@
 """Statistics of the chunks of a level, where a store has them beside its levels.
 
-The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […]}} and
-the arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis of the level's array.
+The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […],
+"shape": […], "data_type": …}} and the arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis
+of the level's array. Where these are not what the array has, another tool has written it anew: such statistics are not
+used. Stores of earlier versions have the chunk shape only.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import Store, joined, waited
-from texvol.formats.stores.sources import Layout
+from texvol.formats.stores.sources import ChunkedSource, Layout
 from texvol.scene.large_volume import ChunkStatistics
 
 GROUP = "texvol-statistics"
@@ -23,33 +25,47 @@ ARRAYS = ("minimum", "maximum", "variance", "lowest_around", "highest_around")
 
 
 def statistics_of(
-    store: Store, group: str, keys: Sequence[str], layouts: Sequence[Layout]
-) -> list[ChunkStatistics | None]:
-    """Return the statistics of the arrays `keys` of an image's group; None for an array without statistics.
+    store: Store, group: str, keys: Sequence[str], sources: Sequence[ChunkedSource]
+) -> tuple[list[ChunkStatistics | None], tuple[str, ...]]:
+    """Return the statistics of the arrays `keys` of an image's group, None for an array without, and notes.
 
-    All arrays are read at the same time: a distant store takes a round trip for each that is read alone.
+    Statistics that are of other chunks, another shape or another type than the array are left out, with a note. All
+    arrays are read at the same time: a distant store takes a round trip for each that is read alone.
 
     Raises
     ------
     FileFault
-        If they are of another version, or do not fit the array.
+        If they are of another version, or do not fit what they say they are of.
     """
     places = [joined(joined(group, GROUP), key.removeprefix(f"{group}/")) for key in keys]
     store.look_up([joined(place, "zarr.json") for place in places])
-    chunks = [_chunk_shape(store, place, layout) for place, layout in zip(places, layouts, strict=True)]
-    known = [each for each in zip(places, layouts, chunks, strict=True) if each[2] is not None]
-    opened = iter(store.open_arrays([joined(place, name) for place, _, _ in known for name in ARRAYS]))
-    coming = {place: _started(opened, place, layout, chunk) for place, layout, chunk in known if chunk is not None}
-    return [
+    told = [_told(store, place) for place in places]
+    stale = [each and _change(each, source) for each, source in zip(told, sources, strict=True)]
+    notes = tuple(
+        f"its {place} is left out: it is of {change}; another program has written the array since"
+        for place, change in zip(places, stale, strict=True)
+        if change
+    )
+    chunks = [None if each is None or change else each["chunk_shape"] for each, change in zip(told, stale, strict=True)]
+    layouts = [source.layout for source in sources]
+    known = [place for place, chunk in zip(places, chunks, strict=True) if chunk is not None]
+    opened = iter(store.open_arrays([joined(place, name) for place in known for name in ARRAYS]))
+    coming = {
+        place: _started(opened, place, layout, chunk)
+        for place, layout, chunk in zip(places, layouts, chunks, strict=True)
+        if chunk is not None
+    }
+    found = [
         None
         if chunk is None
         else ChunkStatistics(layout.spatial(chunk), *(_finished(each, layout, place) for each in coming[place]))
         for place, layout, chunk in zip(places, layouts, chunks, strict=True)
     ]
+    return found, notes
 
 
-def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
-    """Return the chunk shape that the statistics in a group are of; None if there are no statistics."""
+def _told(store: Store, place: str) -> dict[str, Any] | None:
+    """Return what the statistics in a group say they are of; None if there are no statistics."""
     attributes = store.attributes(place)
     if attributes is None:
         return None
@@ -58,9 +74,28 @@ def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
         version = told.get("version") if isinstance(told, dict) else None
         raise FileFault(f"its {place} must be statistics of version {VERSION}, got version {version}")
     chunk = told.get("chunk_shape")
-    if not isinstance(chunk, list) or len(chunk) != len(layout.sizes) or not all(_is_count(each) for each in chunk):
-        raise FileFault(f"its {place} must have a chunk_shape of {len(layout.sizes)} numbers, got {chunk!r}")
-    return chunk
+    if not isinstance(chunk, list) or not all(_is_count(each) for each in chunk):
+        raise FileFault(f"its {place} must have a chunk_shape of whole numbers, got {chunk!r}")
+    return told
+
+
+def _change(told: dict[str, Any], source: ChunkedSource) -> str:
+    """Return in words how the array differs from what its statistics are of; "" if it does not."""
+    sizes = source.layout.sizes
+    # Chunks that are longer than the array are as good as any other.
+    theirs, own = ([min(pair) for pair in zip(each, sizes, strict=False)]
+                   for each in (told["chunk_shape"], source.stored_chunk))  # fmt: skip
+    if len(told["chunk_shape"]) != len(sizes) or theirs != own:
+        return f"chunks of {_by(told['chunk_shape'])}, and the array has chunks of {_by(source.stored_chunk)}"
+    if told.get("shape", list(sizes)) != list(sizes):
+        return f"an array of {_by(told['shape'])}, and the array has {_by(sizes)}"
+    if told.get("data_type", source.stored_type.name) != source.stored_type.name:
+        return f"values of type {told['data_type']}, and the array has {source.stored_type.name}"
+    return ""
+
+
+def _by(numbers: Any) -> str:
+    return " x ".join(map(str, numbers)) if isinstance(numbers, list | tuple) else repr(numbers)
 
 
 def _started(opened: Iterator[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
