@@ -15,8 +15,9 @@ from support.raised import raised
 from support.refusal import refused
 from support.stores import damage, field, write_ome
 
-from texvol import InputError, load
+from texvol import InputError, Volume, load
 from texvol.__main__ import main
+from texvol.formats.stores.writing.convert import Layout, convert
 
 
 def fault_of(path: Path, **options: Any) -> str:
@@ -252,3 +253,46 @@ def test_statistics_are_read_or_refused(store: Path, capfd: pytest.CaptureFixtur
     assert "must have shape (3, 3, 4), one number for each chunk" in refused(store, capfd)
     group.attrs["texvol"] = {"version": 2, "chunk_shape": [16, 16, 16]}
     assert "must be statistics of version 1, got version 2" in refused(store, capfd)
+
+
+def _restored(path: Path, **told: Any) -> None:
+    """Write the array of level 0 anew with zarr-python, as another tool does that leaves our statistics alone."""
+    array = zarr.open_array(path / "0", mode="r")
+    values = told.pop("values", array[:])
+    shutil.rmtree(path / "0")
+    zarr.create_array(path / "0", data=values, **{"chunks": array.chunks, **told})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"chunks": (16, 8, 16)}, "it is of chunks of 16 x 16 x 16, and the array has chunks of 16 x 8 x 16"),
+        ({"shards": (32, 32, 32), "chunks": (8, 8, 8)}, "and the array has chunks of 8 x 8 x 8"),
+        ({"values": field(40)}, "it is of an array of 48 x 44 x 52, and the array has 40 x 36 x 44"),
+        ({"values": field().astype("u1")}, "it is of values of type uint16, and the array has uint8"),
+    ],
+)
+def test_statistics_of_another_array_are_left_out(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    before: Any = load(path)
+    assert before.levels[0].statistics is not None and not before.notes
+    _restored(path, **change)
+    after: Any = load(path)
+    assert after.levels[0].statistics is None
+    (note,) = after.notes
+    assert note.startswith("its texvol-statistics/0 is left out: ") and said in note
+    # A picture needs none.
+    line = ["render", str(path), "-o", str(tmp_path / "x.png"), "--size", "16x16", "--tf", "fog"]
+    assert main(line) == 0
+
+
+def test_statistics_without_shape_and_type_are_those_of_earlier_versions(tmp_path: Path) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/zarr.json"
+    content = json.loads(place.read_text())
+    for name in ("shape", "data_type"):
+        del content["attributes"]["texvol"][name]
+    place.write_text(json.dumps(content))
+    assert load(path).levels[0].statistics is not None  # type: ignore[attr-defined]

@@ -1,9 +1,9 @@
 """Statistics of the chunks of a level, where a store has them beside its levels.
 
 The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […],
-"shape": […], "data_type": …}} and the arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis
-of the level's array. Where these are not what the array has, another tool has written it anew: such statistics are not
-used. Stores of earlier versions have the chunk shape only.
+"shape": […], "data_type": …}} and the arrays of `ChunkStatistics`, float64, with a number for each chunk along every
+axis of the level's array. Where these are not what the array has, another tool has written it anew: such statistics are
+not used. Stores of earlier versions have the chunk shape only.
 """
 
 from __future__ import annotations
