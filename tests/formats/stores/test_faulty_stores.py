@@ -296,3 +296,64 @@ def test_statistics_without_shape_and_type_are_those_of_earlier_versions(tmp_pat
         del content["attributes"]["texvol"][name]
     place.write_text(json.dumps(content))
     assert load(path).levels[0].statistics is not None  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("path", ["../other.zarr/0", "0/../../other.zarr/0"])
+def test_paths_of_datasets_stay_within_the_store(tmp_path: Path, path: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """A store from a stranger must not show what lies beside it."""
+    write_ome(tmp_path / "other.zarr", field(), levels=1)
+    store = write_ome(tmp_path / "v.zarr", field(), levels=1)
+    _change(store, lambda ome: _datasets(ome)[0].update(path=path))
+    assert f"must lie within the store, got the path '{path}/" in refused(store, capfd)
+
+
+def _declare(path: Path, **told: Any) -> None:
+    """Change the metadata of the array of level 0."""
+    content = json.loads((path / "0/zarr.json").read_text())
+    chunk = told.pop("chunk", None)
+    if chunk is not None:
+        content["chunk_grid"]["configuration"]["chunk_shape"] = chunk
+    (path / "0/zarr.json").write_text(json.dumps(content | told))
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"chunk": [2**40, 16, 16]}, "its chunks of 1099511627776 x 16 x 16 need 512 TiB of memory"),
+        ({"shape": [48, 44, 2**40]}, "must have at most 262144 chunks along an axis"),
+        ({"shape": [2**18, 2**18, 2**18], "chunk": [16, 2**8, 2**8]}, "and 268435456 in all"),
+        ({"shape": [2**62, 2**62, 2**62]}, "every dimension must be positive, and not absurd"),
+    ],
+)
+def test_gigantic_shapes_and_chunks_take_no_memory(
+    tmp_path: Path, told: dict[str, Any], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """TensorStore ends the process where it has no memory for a chunk, and a list of all chunks takes all of it."""
+    path = write_ome(tmp_path / "v.zarr", field(), levels=1)
+    _declare(path, **told)
+    assert said in refused(path, capfd)
+
+
+def test_more_regions_than_can_be_listed_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", field().astype("u1"), levels=1)
+    _declare(path, shape=[2**15] * 3, chunk=[2**8] * 3)
+    assert main(["render", str(path), "--plan", "--memory", "64MB"]) == 2
+    assert "volume must be drawn in at most 1048576 regions" in capsys.readouterr().err
+
+
+def test_statistics_with_gigantic_chunks_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/minimum/zarr.json"
+    content = json.loads(place.read_text())
+    content["chunk_grid"]["configuration"]["chunk_shape"] = [2**40, 2, 2]
+    place.write_text(json.dumps(content))
+    assert "need 32 TiB of memory" in refused(path, capfd)
+
+
+def test_links_to_nothing_are_files_that_are_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", field(), levels=1, fill_value=17)
+    (path / "0/c/0/0/0").unlink()
+    (path / "0/c/0/0/0").symlink_to("nothing")
+    assert main(["info", str(path)]) == 0
+    assert "17 to" in capsys.readouterr().out

@@ -133,6 +133,13 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
     return needed
 
 
+def check_chunk(sizes: Sequence[int], item_bytes: int) -> None:
+    """Raise FileFault unless a chunk of these sizes, which is decoded at once, fits into half of the free memory."""
+    room = free_memory() // 2
+    if (needed := prod(map(int, sizes)) * item_bytes) > room:
+        raise FileFault(f"its chunks of {by(sizes)} need {in_bytes(needed)} of memory, and there is {in_bytes(room)}")
+
+
 def check_unpacked(needed: int, packed: int) -> None:
     """Raise FileFault if `packed` compressed bytes can't plausibly hold `needed` bytes."""
     if needed > _UNPACKED_ANYWAY + _BEST_PACKING * packed:

@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.samples import FileFault, check_chunk
 from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
@@ -58,8 +58,11 @@ class Store:
         Raises
         ------
         FileFault
-            As by `json`.
+            As by `json`; or if a key, which another file of the store may have told, leads out of the store.
         """
+        for key in keys:
+            if ".." in key.split("/"):
+                raise FileFault(f"all of it must lie within the store, got the path {key!r}")
         coming = [(key, self._kvstore.read(key)) for key in keys if key not in self._json]
         for key, each in coming:
             found = waited(each)
@@ -117,7 +120,11 @@ class Store:
                 raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
             spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
             opened.append(tensorstore.open(spec, context=self._context, read=True, open=True))
-        return [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        found = [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        for each in found:  # TensorStore ends the process where it finds no memory for a chunk
+            if chunk := each.chunk_layout.read_chunk.shape:
+                check_chunk(chunk, each.dtype.numpy_dtype.itemsize)
+        return found
 
     def check_alive(self) -> None:
         """Raise ServerFault if the server refuses to answer; do nothing of a store on this machine."""

@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.missing import Mark
-from texvol.formats.readers.samples import FileFault, in_bytes
+from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import ServerFault
 from texvol.scene.large_volume import Box, Triple
 from texvol.util import remarks
 from texvol.util.errors import InputError
-from texvol.util.memory import free_memory
 
 _EXACT_BITS = 24  # of the integers that float32 holds
 _MOST_CHUNKS = 1 << 28  # of a level, 100 TB of plain ones; and along an axis: tables of them are held in memory
@@ -215,14 +214,8 @@ def check_sizes(sizes: Sequence[int]) -> None:
         raise FileFault(f"every dimension must be positive, and not absurd, got {' x '.join(map(str, sizes))}")
 
 
-def check_chunks(layout: Layout, chunk: Sequence[int], item_bytes: int) -> None:
-    """Raise FileFault if a level has more chunks than can be told apart, or a chunk does not fit into memory."""
-    room = free_memory()
-    if (needed := math.prod(map(int, chunk)) * item_bytes) > room:
-        sizes = " x ".join(map(str, chunk))
-        raise FileFault(
-            f"its chunks of {sizes} need {in_bytes(needed)} of memory, and this machine has {in_bytes(room)}"
-        )
+def check_chunks(layout: Layout, chunk: Sequence[int]) -> None:
+    """Raise FileFault if a level has more chunks than can be told apart."""
     pairs = zip(layout.spatial(layout.sizes), layout.spatial(chunk), strict=True)
     counts = [-(-size // max(one, 1)) for size, one in pairs]
     if max(counts) > _MOST_ALONG or math.prod(counts) > _MOST_CHUNKS:

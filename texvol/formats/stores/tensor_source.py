@@ -84,7 +84,7 @@ class TensorSource(ChunkedSource):
         dtype = np.dtype(wide) if wide else sample_type(np.dtype(store.dtype.numpy_dtype), name)
         shape = store.chunk_layout.read_chunk.shape or store.shape
         chunk = tuple(int(each) or size for each, size in zip(shape, store.shape, strict=True))
-        check_chunks(layout, chunk, dtype.itemsize)
+        check_chunks(layout, chunk)
         _METER.start()
         return cls(layout, dtype, chunk, level, reading, store, check_alive)
 
