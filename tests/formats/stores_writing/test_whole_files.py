@@ -259,3 +259,43 @@ def test_a_step_with_missing_samples_makes_floats_of_all(tmp_path: Path) -> None
     assert main(["convert", f"{tmp_path}/v.nii", f"{tmp_path}/v.zarr", "--missing=-999"]) == 0
     read = zarr.open(f"{tmp_path}/v.zarr/0")[:]
     assert_array_equal(read, np.where(values == -999, np.nan, values).astype(np.float32))
+
+
+def test_channels_of_tiffs_keep_what_ome_and_imagej_say(tmp_path: Path) -> None:
+    import tifffile
+
+    values = steps(1)[0].transpose(1, 0, 2, 3).astype("u2")
+    names = {"Name": ["DNA & RNA", "actin"], "Color": [int.from_bytes(b"\x00\x00\xff\xff", "big", signed=True), -1]}
+    tifffile.imwrite(tmp_path / "o.ome.tif", values, ome=True, metadata={"axes": "ZCYX", "Channel": names})
+    tables = [np.outer(color, np.arange(256)).astype("u1") for color in ((0, 0, 1), (1, 1, 0))]
+    imagej = {"axes": "ZCYX", "LUTs": tables, "Ranges": (10.0, 200.0, 5.0, 150.0), "mode": "composite"}
+    tifffile.imwrite(tmp_path / "i.tif", values, imagej=True, metadata=imagej)
+    for name in ("o.ome.tif", "i.tif"):
+        assert main(["convert", f"{tmp_path}/{name}", f"{tmp_path}/{name}.zarr"]) == 0
+    told = [ome(tmp_path / f"{name}.zarr")["omero"]["channels"] for name in ("o.ome.tif", "i.tif")]
+    assert [(each["label"], each["color"]) for each in told[0]] == [("DNA & RNA", "0000FF"), ("actin", "FFFFFF")]
+    assert [each["color"] for each in told[1]] == ["0000FF", "FFFF00"]
+    assert [(each["window"]["start"], each["window"]["end"]) for each in told[1]] == [(10, 200), (5, 150)]
+    assert main(["convert", f"{tmp_path}/i.tif", f"{tmp_path}/one.zarr", "--channel", "1"]) == 0
+    assert [each["color"] for each in ome(tmp_path / "one.zarr")["omero"]["channels"]] == ["FFFF00"]
+
+
+def test_imaris_tells_its_times(tmp_path: Path) -> None:
+    import h5py
+
+    write_imaris(tmp_path / "v.ims", steps()[0], levels=1)
+    with h5py.File(tmp_path / "v.ims", "a") as file:
+        level = file["DataSet/ResolutionLevel 0"]
+        about = file.create_group("DataSetInfo/TimeInfo")
+        for step in range(3):
+            if step:
+                level.copy("TimePoint 0", f"TimePoint {step}")
+            text = f"2011-01-01 00:00:{5 * step:02}.500"
+            about.attrs[f"TimePoint{step + 1}"] = np.array([each.encode() for each in text], "S1")
+        level["TimePoint 2/Channel 1/Data"][:] = 9
+    assert main(["convert", f"{tmp_path}/v.ims", f"{tmp_path}/v.zarr"]) == 0
+    read: Any = load(tmp_path / "v.zarr", time=2, channel=1)
+    assert (read.times, read.time_unit) == ((0, 5, 10), "s")
+    assert read.channels[1].name == "stain 1"
+    assert (read.values == 9).all()
+    assert_array_equal(load(tmp_path / "v.zarr", time=1, channel=1).values, steps()[0, 1])

@@ -76,8 +76,9 @@ class Samples(NamedTuple):
     """Result of a reader: unchecked values of shape (nz, ny, nx), and the grid as in `Volume`.
 
     `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
-    has them. Of a store there are `levels` in place of values, and as in `LargeVolume` `channel`, `channels`, `images`
-    and `check`; `labels` is True if the store says that its values are.
+    has them. `channel` is the one that is read of the described `channels`, where there are several. Of a store there
+    are `levels` in place of values, and as in `LargeVolume` `images` and `check`; `labels` is True if the store says
+    that its values are.
     """
 
     values: NDArray
