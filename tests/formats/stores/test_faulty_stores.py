@@ -357,3 +357,23 @@ def test_links_to_nothing_are_files_that_are_not_there(tmp_path: Path, capsys: p
     (path / "0/c/0/0/0").symlink_to("nothing")
     assert main(["info", str(path)]) == 0
     assert "17 to" in capsys.readouterr().out
+
+
+def test_statistics_of_chunks_longer_than_the_array_are_of_all_of_it(tmp_path: Path) -> None:
+    """Numbers beyond 64 bits, too."""
+    path = tmp_path / "v.zarr"
+    convert(Volume(field(12)), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/zarr.json"
+    content = json.loads(place.read_text())
+    content["attributes"]["texvol"]["chunk_shape"][0] = 10**30
+    place.write_text(json.dumps(content))
+    read: Any = load(path)
+    assert read.levels[0].statistics.chunk_shape == read.levels[0].source.chunk_shape
+    assert main(["render", str(path), "--plan"]) == 0
+
+
+def test_absurdly_many_channels_are_not_listed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", np.stack([field(12)] * 2), axes="czyx", levels=1)
+    _declare(path, shape=[2**40, *field(12).shape])
+    assert "choose one with --channel 0..1099511627775" in refused(path, capfd)
+    assert_array_equal(load(path, channel=1).values, field(12))

@@ -65,7 +65,7 @@ def _json(files: Files, random: Random) -> None:
     name = _metadata(files, random)
     try:
         content = json.loads(files[name]) if name else None
-    except ValueError:
+    except (ValueError, RecursionError):  # of an earlier step
         return
     places = list(_places(content))
     if name is None or not places:

@@ -46,8 +46,11 @@ def statistics_of(
         for place, change in zip(places, stale, strict=True)
         if change
     )
-    chunks = [None if each is None or change else each["chunk_shape"] for each, change in zip(told, stale, strict=True)]
     layouts = [source.layout for source in sources]
+    chunks = [
+        None if each is None or change else [min(pair) for pair in zip(each["chunk_shape"], layout.sizes, strict=True)]
+        for each, change, layout in zip(told, stale, layouts, strict=True)
+    ]
     known = [place for place, chunk in zip(places, chunks, strict=True) if chunk is not None]
     opened = iter(store.open_arrays([joined(place, name) for place in known for name in ARRAYS]))
     coming = {

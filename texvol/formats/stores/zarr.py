@@ -20,6 +20,8 @@ from texvol.scene.channel import Channel
 from texvol.scene.large_volume import ChunkStatistics, Level
 from texvol.util.locations import public
 
+_MOST_CHANNELS = 10_000
+
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the levels of the chosen image, channel and time; no samples are read but a few for checks."""
@@ -106,7 +108,9 @@ def _reading(store: Store, choice: Choice) -> Reading:
 
 
 def _channels(image: Image, count: int) -> tuple[Channel, ...]:
-    """Return as many channels as there are, described where the metadata do."""
+    """Return as many channels as there are, described where the metadata do; none of absurdly many."""
+    if count > _MOST_CHANNELS:
+        return ()
     told = {each.number: each for each in image.channels}
     return tuple(told.get(number, Channel(number)) for number in range(count))
 

@@ -25,7 +25,7 @@ _WORDS = {"t": "time step", "c": "channel"}
 
 
 class Form(NamedTuple):
-    """What all parts have in common: all of a volume but its samples."""
+    """Grid and kind of a recording: all of a volume but its samples."""
 
     shape: tuple[int, int, int]
     dtype: np.dtype
