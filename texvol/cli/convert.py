@@ -6,6 +6,7 @@ All time steps, channels and labels are written, unless options choose of them.
 from __future__ import annotations
 
 import argparse
+import os
 import time
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -64,6 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
     output = arguments.output
     if is_remote(output) or not output.rstrip("/").endswith(_ENDINGS):
         raise InputError(f"{output}: must be a folder here that ends in .zarr")
+    _check_apart(arguments.volume, output)
     chunk, shard = arguments.chunk, arguments.shard
     layout = Layout((chunk,) * 3, (shard,) * 3, arguments.zarr_format)
     told = reading_options.arguments_of(reading_options.chosen(vars(arguments)))
@@ -87,6 +89,15 @@ def run(arguments: argparse.Namespace) -> None:
         f"{output}: {len(written.shapes)} levels ({shapes}){_further(opened)}, {written.bytes / 1e6:.4g} MB, "
         f"{seconds:.1f} s"
     )
+
+
+def _check_apart(volume: str, output: str) -> None:
+    """Raise InputError if the input is the output or lies in it, where --overwrite would delete it."""
+    if is_remote(volume):
+        return
+    source, target = os.path.realpath(volume), os.path.realpath(output)
+    if os.path.commonpath([source, target]) == target:
+        raise InputError(f"{output}: must be another folder than that of the input, got {volume}")
 
 
 def _remark(image: Recording) -> None:

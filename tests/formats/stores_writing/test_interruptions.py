@@ -160,3 +160,12 @@ def test_memory_stays_within_its_bounds(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         peaks.append(int(done.stdout.splitlines()[-1]) << 10)
     assert peaks[1] - peaks[0] < 60e6, peaks  # a volume has 25 MB, all 100
+
+
+@pytest.mark.parametrize("within", ["", "/0"])
+def test_an_input_is_never_overwritten_by_its_own_conversion(tmp_path: Path, within: str) -> None:
+    path = write_ome(tmp_path / "v.zarr", field(12), levels=1)
+    (tmp_path / "link.zarr").symlink_to(path)
+    for output in ("v.zarr", "link.zarr"):
+        assert main(["convert", f"{path}{within}", f"{tmp_path}/{output}", "--overwrite"]) == 2
+    assert_array_equal(load(path).values, field(12))

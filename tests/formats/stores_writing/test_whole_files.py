@@ -299,3 +299,13 @@ def test_imaris_tells_its_times(tmp_path: Path) -> None:
     assert read.channels[1].name == "stain 1"
     assert (read.values == 9).all()
     assert_array_equal(load(tmp_path / "v.zarr", time=1, channel=1).values, steps()[0, 1])
+
+
+def test_absurdly_many_time_steps_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", steps(2, 1)[:, 0], axes="tzyx", levels=1)
+    content = json.loads((path / "0/zarr.json").read_text())
+    content["shape"][0] = 2**40
+    (path / "0/zarr.json").write_text(json.dumps(content))
+    assert main(["convert", str(path), f"{tmp_path}/out.zarr"]) == 2
+    assert "must have at most 1000000 time steps and channels in all" in capsys.readouterr().err
+    assert main(["convert", str(path), f"{tmp_path}/out.zarr", "--time", "1"]) == 0

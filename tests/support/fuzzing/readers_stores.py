@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import itertools
 import json
+import math
 from contextlib import redirect_stderr, redirect_stdout
 from typing import Any
 
@@ -15,10 +16,11 @@ from texvol.cli.command_line import main
 from texvol.formats.readers import load
 from texvol.formats.stores.writing.files import open_file
 from texvol.formats.stores.writing.metadata import multiscale
-from texvol.scene.large_volume import LargeVolume
+from texvol.scene.large_volume import LargeVolume, Level
 from texvol.util.errors import InputError
 
 _ROOM = 32_000_000  # bytes of samples that may be held
+_FEW = 20_000  # chunks of a level, each of which is looked for: of more it takes seconds
 
 
 def store(path: str, **told: Any) -> int:
@@ -28,7 +30,13 @@ def store(path: str, **told: Any) -> int:
     json.dumps(metadata, allow_nan=False)
     information.text(metadata)
     assert isinstance(volume, LargeVolume)
-    return sum(volume.at_level(number).values.nbytes for number in range(len(volume.levels))) + volume.overview.size * 8
+    few = [n for n, each in enumerate(volume.levels) if _chunks(each) < _FEW]
+    return sum(volume.at_level(number).values.nbytes for number in few) + volume.overview.size * 8
+
+
+def _chunks(level: Level) -> int:
+    source = level.source
+    return math.prod(-(-count // one) for count, one in zip(source.shape, source.chunk_shape, strict=True))
 
 
 def plan(path: str, **told: Any) -> int:

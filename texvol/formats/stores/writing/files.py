@@ -27,6 +27,7 @@ from texvol.util.memory import free_memory
 
 # Formats that mark missing samples, which turn whole numbers into floats in the time steps that have some.
 _MARKING = ("NRRD", "DICOM", "TIFF", "VTI", "VTR", "VTS", "netCDF")
+_MOST_PARTS = 10**6  # time steps times channels
 _COLORS = (("red", (1.0, 0.0, 0.0)), ("green", (0.0, 1.0, 0.0)), ("blue", (0.0, 0.0, 1.0)), ("opacity", (1.0,) * 3))
 
 
@@ -87,6 +88,11 @@ class _File:
         """Return its time steps and channels."""
         steps, channels = self._lengths(every_step)
         self._has_channels = channels > 0
+        if max(steps, 1) * max(channels, 1) > _MOST_PARTS:
+            raise InputError(
+                f"{public(self.path)}: must have at most {_MOST_PARTS} time steps and channels in all, got {steps} and "
+                f"{channels}: choose by --time and --channel"
+            )
         letters = "t" * (steps > 1) + "c" * (channels > 1)
         first = self._read((0,) * len(letters), letters)
         self._own_spacing = first.samples.spacing
