@@ -218,6 +218,10 @@ class _File:
         if own is None:
             return None
         told = ome_attributes(own[0].attributes(own[1].group) or {}).get("image-label")
+        try:
+            json.dumps(told, allow_nan=False)
+        except ValueError:  # Python reads NaN and Infinity, which JSON has not
+            return None
         return dict(told) if isinstance(told, dict) else None
 
 

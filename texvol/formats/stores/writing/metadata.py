@@ -68,7 +68,7 @@ def _own(recording: Recording) -> dict[str, Any]:
     own = {"direction": form.direction.tolist(), "space": form.space, "value_unit": form.value_unit}
     if not recording.times:
         return own
-    if recording.even_times() is None:
+    if recording.even_times() is None and np.isfinite(recording.times).all():
         own["times"] = [float(each) for each in recording.times]
     if own.get("times") or time_unit(time_word(recording.time_unit)) != recording.time_unit:
         own["time_unit"] = recording.time_unit
