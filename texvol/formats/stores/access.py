@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.samples import FileFault, check_chunk
 from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
@@ -59,9 +59,11 @@ class Store:
         Raises
         ------
         FileFault
-            As by `json`.
+            As by `json`; or if a key, which another file of the store may have told, leads out of the store.
         """
         for key in keys:
+            if ".." in key.split("/"):
+                raise FileFault(f"all of it must lie within the store, got the path {key!r}")
             if key not in self._json and (node := self._node_in_root(key)) is not None:
                 self._json[key] = node
         coming = [(key, self._kvstore.read(key)) for key in dict.fromkeys(keys) if key not in self._json]
@@ -120,7 +122,11 @@ class Store:
         self.look_up([joined(key, "zarr.json") for key in keys])
         self.look_up([joined(key, ".zarray") for key in keys if self.json(joined(key, "zarr.json")) is None])
         opened = [self._opened(key) for key in keys]
-        return [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        found = [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        for each in found:  # TensorStore ends the process where it finds no memory for a chunk
+            if chunk := each.chunk_layout.read_chunk.shape:
+                check_chunk(chunk, each.dtype.numpy_dtype.itemsize)
+        return found
 
     def _opened(self, key: str) -> Any:
         """Return the future of an array; its metadata are known here, and not read once more."""
