@@ -96,7 +96,8 @@ class ImageWriter:
     def end(self) -> None:
         """Write the metadata that make the group an image."""
         form = self._layout.zarr_format
-        write_group(self._folder, form, multiscale(self._recording, self._factors, form, self._ranges()))
+        attributes = multiscale(self._recording, self._factors, form, self._ranges())
+        write_group(self._folder, form, attributes, consolidated=not self._group)
 
     def _write_level(self, level: int) -> Iterator[int]:
         shape, chunk, leading = self.shapes[level], self._layout.chunk, self._recording.leading

@@ -95,11 +95,21 @@ def _label(recording: Recording, zarr_format: int) -> dict[str, Any]:
     return told | ({"version": "0.4"} if zarr_format == 2 else {})
 
 
-def write_group(folder: Path, zarr_format: int, attributes: dict[str, Any] | None) -> None:
-    """Write the files that make a folder a Zarr group with some attributes."""
+def write_group(
+    folder: Path, zarr_format: int, attributes: dict[str, Any] | None, *, consolidated: bool = False
+) -> None:
+    """Write the files that make a folder a Zarr group with some attributes.
+
+    With `consolidated` a group of version 3 has the metadata of all nodes in it as well, as zarr-python writes them: a
+    distant store is asked for one file in place of each.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     if zarr_format == 3:
         content = {"zarr_format": 3, "node_type": "group", "attributes": attributes or {}}
+        if consolidated:
+            nodes = {path: json.loads(path.read_bytes()) for path in sorted(folder.glob("*/**/zarr.json"))}
+            known = {path.parent.relative_to(folder).as_posix(): node for path, node in nodes.items()}
+            content["consolidated_metadata"] = {"kind": "inline", "must_understand": False, "metadata": known}
         write_json(folder / "zarr.json", content)
         return
     write_json(folder / ".zgroup", {"zarr_format": 2})
