@@ -175,6 +175,7 @@ def run(arguments: argparse.Namespace) -> None:
         files[arguments.stats] = (json.dumps(stats | sequence_stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
+    said += [scene_options.look.sentence] if scene_options.look is not None and scene_options.look.reason else []
     for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
         say(sentence)
 

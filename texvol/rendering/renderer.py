@@ -396,4 +396,4 @@ def _drawable(scene: Scene, size: Size, texture_refinement: int | str | None = N
     """Return the scene, or if it cannot be drawn part by part the one with its volumes in memory, or InputError."""
     check_type("scene", scene, Scene)
     scene.check_for(size)
-    return in_parts_or_memory(scene, texture_refinement)
+    return in_parts_or_memory(scene.looked, texture_refinement)
