@@ -19,6 +19,7 @@ from texvol.options.scene_options import SceneOptions
 from texvol.scene import transfer
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.looks import EXPOSED
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import presets
 

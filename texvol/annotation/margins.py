@@ -26,6 +26,8 @@ from texvol.annotation.legend_content import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
 from texvol.scene.camera import FRAMING_MARGIN, Camera
+from texvol.scene.content import content_of
+from texvol.scene.framing import extent_seen
 from texvol.scene.scene import Scene
 
 # Margins of the parts in ems: left, right, top, bottom.
@@ -34,12 +36,51 @@ _LETTERS = (2.0, 2.0, 2.0, 2.0)
 _SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
 _AXES = (4.5, 2.5, 1.0, 3.5)
 _LEGEND_AIR = 1.2
-_LEAST_LEFT = 0.4  # least fraction of each side that is left to the box: beyond, annotation has to be left out
+_LEAST_LEFT = 0.78  # least fraction of each side that is left to the picture; annotation then lies over its edges
+_ENOUGH = 0.92  # of what is left free: less, and what shows is too small in its box, whose ends are left out then
+_STEPS = 4  # towards a perspective eye
 
 
 def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
     """Return the moved camera; see `annotation.with_room`."""
-    (left, right), (bottom, top) = _free(scene, size, annotation)
+    free = _free(scene, size, annotation)
+    around_box = _box_in(free, camera, scene)
+    if scene.mode not in ("composite", "isosurface"):
+        return around_box
+    # Where only texts are drawn the box need not be in the picture.
+    most = np.inf if annotation.box or annotation.axes else 0.0
+    return _filled(around_box, free, scene, size, _ENOUGH if most else 1.0)
+
+
+def _filled(
+    camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene, size: tuple[int, int], enough: float
+) -> Camera:
+    """Return the camera nearer to what shows if that fills less than a part of what the annotation leaves free."""
+    content = content_of(scene.looked)
+    for _ in range(_STEPS):
+        seen = extent_seen(camera, content) if content else None
+        if seen is None:
+            return camera
+        extent, depth = seen
+        sides = [(high - low) / (end - begin) for (low, high), (begin, end) in zip(extent, free, strict=True)]
+        if max(sides) >= enough * (1 - 1e-3):
+            return camera
+        closer = max(sides) / enough
+        half = camera.half_height * (depth if camera.projection == "perspective" else 1.0)
+        middles = [
+            ((low + high) / 2, (begin + end) / 2) for (low, high), (begin, end) in zip(extent, free, strict=True)
+        ]
+        shift = [half * (middle - closer * wanted) for middle, wanted in middles]
+        if camera.projection == "orthographic":
+            camera = _moved(replace(camera, height=camera.height * closer), shift, 0.0)
+        else:
+            camera = _moved(camera, shift, -depth * (1 - closer))
+    return camera
+
+
+def _box_in(free: tuple[tuple[float, float], ...], camera: Camera, scene: Scene) -> Camera:
+    """Return the camera moved so that the box fits into what the annotation leaves free."""
+    (left, right), (bottom, top) = free
     corners = np.concatenate([
         camera.in_eye_space(volume.corners_from_centre, volume.centre) for volume in scene.volumes
     ])  # fmt: skip

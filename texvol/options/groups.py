@@ -86,8 +86,9 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
     ),
     (
         "light",
-        "Without --light the medium shows its own colour. An isosurface has a head light, and so has a medium with any "
-        "of --ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
+        "Without --light a preset, and the look without --tf, have a head light that keeps highlights; a transfer function "
+        "of a file has the light that it holds, or none. An isosurface has a head light, and so has a medium with any of "
+        "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
         (
             SceneOption(
                 "light", lit.light, "SPEC",

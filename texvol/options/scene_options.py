@@ -43,6 +43,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util import locations, text_files
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
@@ -311,7 +312,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
                 raise InputError(f"{path}: {error}") from None
         else:
             known = ", ".join((*SCENE_OPTIONS, "volume", *reading.READING))
-            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}")
+            near = did_you_mean(name, (*SCENE_OPTIONS, "volume", *reading.READING))
+            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}{near}")
     if told and "volume" not in told:
         raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
     return volume_options.beside(chosen, path.parent), told

@@ -18,6 +18,7 @@ from texvol.formats.films import film
 from texvol.formats.readers import TimeSeries
 from texvol.scene import orbit
 from texvol.scene.label_counts import label_counts
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.volume import Volume
 from texvol.util.terminal import status_line
@@ -109,8 +110,9 @@ def draw_frames(
     estimate: dict[str, Any] = {}
     classification: Classification | None = None  # of all pictures, once it is known
     start = after_first = time.perf_counter()
+    rate = fps or film.default_rate(frames.count)
     with (
-        film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
+        film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
         status_line() as show,
     ):
         for number, scene in enumerate(frames.scenes):
@@ -137,6 +139,9 @@ def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any],
     """Return the accuracy that was chosen for the first picture, and statistics of its estimated error if any."""
     refinement = {"texture_refinement": renderer.settings["texture_refinement"]}
     if accuracy["max_error"] is None:
+        in_parts = renderer.drawn_scene is not None and isinstance(renderer.drawn_scene.volume, LargeVolume)
+        if accuracy["sampling_rate"] is None and not in_parts:
+            refinement |= {"slab_thickness": renderer.settings["slab_thickness"]}
         return accuracy | refinement, {}
     names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
     kept = {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}

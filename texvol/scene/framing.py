@@ -123,9 +123,19 @@ def framed(
     if not content or turning:
         part = box if not content else _box_of(content, camera, box)
         return _around(part, camera, aspect, box)
-    return (
-        _perspective(camera, content, aspect) if projection == "perspective" else _level(camera, content, aspect, box)
-    )
+    return _filled(camera, content, aspect, box)
+
+
+def filled(camera: Camera, scene: Scene, aspect: float) -> Camera:
+    """Return a camera of the same direction in which what shows fills the picture; itself if nothing shows."""
+    content = content_of(scene.looked)
+    return _filled(camera, content, aspect, scene.box) if content else camera
+
+
+def _filled(camera: Camera, content: Content, aspect: float, box: Volume) -> Camera:
+    if camera.projection == "perspective":
+        return _perspective(camera, content, aspect)
+    return _level(camera, content, aspect, box)
 
 
 def zoomed(camera: Camera, factor: float) -> Camera:
@@ -212,9 +222,20 @@ def _fitting(typical: Extent, clearly: Extent, aspect: float) -> tuple[tuple[flo
     return middle, max(height, *reaches, 1e-300)
 
 
-def extent_of(places: Numbers, amounts: Numbers, apart: float) -> Extent:
-    """Return the ends of what shows in a picture plane, all but half a per cent of its light on each side."""
-    return _extents(places, amounts, apart)[0]
+def extent_seen(camera: Camera, content: Content) -> tuple[Extent, float] | None:
+    """Return the ends of what shows, in halves of the picture's height from its middle, and the depth of that.
+
+    None if nothing shows, or something lies behind the eye.
+    """
+    places = camera.in_eye_space(content.points, content.about)
+    depth = float(np.median(places[:, 2])) if places.size else 0.0
+    if not places.size or places[:, 2].min() <= 1e-3 * depth:
+        return None
+    if camera.projection == "orthographic":
+        half = camera.half_height
+        return _extents(places[:, :2] / half, content.amounts / half**2, content.apart / half)[0], depth
+    scale = places[:, 2:] * camera.half_height
+    return _extents(places[:, :2] / scale, content.amounts / scale[:, 0] ** 2, content.apart / scale.mean())[0], depth
 
 
 def _extents(places: Numbers, amounts: Numbers, apart: float) -> tuple[Extent, Extent]:

@@ -75,6 +75,8 @@ def as_labels(volume: Volume) -> Volume:
         other.__dict__.pop(derived, None)
     other.labels = True
     other.source = {**volume.source, "labels": True} if volume.source else {}
+    if volume in _KINDS:
+        _KINDS[other] = _KINDS[volume]  # and so its reason
     _AS_LABELS[volume] = other
     return other
 

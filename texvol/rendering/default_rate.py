@@ -1,0 +1,99 @@
+"""Sampling rate of pictures for which nobody chose one.
+
+A `post` picture at one slab per voxel has rings where the transfer function is steep. Its error is of order 1 at least,
+so that two small pictures, one of half the slab thickness, bound it:
+
+    e(d) <= max |I(d) - I(d/2)| / (1 - 1/2)
+
+The rate is doubled until that is at most `LIMIT`, as long as the rays cross no more slabs than a warm frame of half a
+second can have. Slabs are counted, not timed, so that the same scene always gives the same picture.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
+from texvol.rendering.model_error import Classified
+from texvol.rendering.settings import Settings
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.slicing.slabs import slabs_crossed
+from texvol.util.errors import NoRoomError
+
+LIMIT = 1 / 64  # of the largest error of a linear picture
+_SAFETY = 1.25  # of the estimate against that by another classification, which `Renderer.stats` has
+_MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of two cores, with empty space and light
+_MOST_IN_PARTS = 1e8  # of a volume that is read in parts
+_FINEST, _IN_PARTS = 16, 4
+
+
+def is_open(scene: Scene, chosen: Classified | None, *accuracy: float | None) -> bool:
+    """Return True if a scene of classification auto is drawn by post, and nothing says at which rate."""
+    by_post = chosen is not None and chosen.classification == "post"
+    return by_post and scene.mode == "composite" and all(each is None for each in accuracy)
+
+
+class DefaultRate:
+    """Chooser of rates; it remembers the last choice.
+
+    `draw` draws a scene with the settings, without background.
+    """
+
+    def __init__(self, draw: DrawScene) -> None:
+        self._draw = draw
+        self._last: tuple[tuple[Any, ...], float] | None = None  # key and rate
+        self.estimate: float | None = None  # of the picture for which the last rate was chosen
+
+    def settled(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
+        """Return the settings with slabs that are thin enough for the scene."""
+        self.estimate = None
+        if isinstance(scene.volume, LargeVolume):
+            return self._in_parts(scene, size, settings)
+        parts = scene.volume, scene.transfer_function, scene.lighting, scene.mask, scene.depth_cue
+        key = (*map(id, parts), f"{size} {scene.cutting} {scene.gradient} {settings}", *map(id, scene.added))
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._chosen(scene, size, settings)
+            self._kept = parts, scene.added  # whose identities are in the key
+        return replace(settings, slab_thickness=settings.slab_thickness / self._last[1])
+
+    def estimated(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
+        """Return an estimate of the error of a picture, from two small ones; None if they are not drawn."""
+        if isinstance(scene.volume, LargeVolume):
+            return None
+        try:
+            return self._error(scene, smaller(size), settings)
+        except NoRoomError:
+            return None
+
+    def _chosen(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
+        """Return the factor of the rate."""
+        small, rate = smaller(size), 1
+        try:
+            coarse = self._draw(scene, small, settings)
+            while True:
+                finer = replace(settings, slab_thickness=settings.slab_thickness / (2 * rate))
+                fine = self._draw(scene, small, finer)
+                self.estimate = estimate(coarse, fine, 1)
+                if _SAFETY * self.estimate <= LIMIT or rate >= _FINEST:
+                    return rate
+                if slabs_crossed(scene.box, scene.camera, finer.slab_thickness, size) > _MOST_CROSSED:
+                    return rate
+                rate, coarse = 2 * rate, fine
+        except NoRoomError:
+            return rate
+
+    def _error(self, scene: CompleteScene, small: Size, settings: Settings) -> float:
+        fine = self._draw(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
+        return estimate(self._draw(scene, small, settings), fine, 1)
+
+    def _in_parts(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
+        """Return the settings for a volume in a store, whose parts are not read for a choice."""
+        rate = 1
+        while rate < _IN_PARTS:
+            thinner = settings.slab_thickness / (2 * rate)
+            if slabs_crossed(scene.box, scene.camera, thinner, size) > _MOST_IN_PARTS:
+                break
+            rate *= 2
+        return replace(settings, slab_thickness=settings.slab_thickness / rate)
