@@ -50,7 +50,8 @@ def scene(*line: str) -> Scene:
     "text, wanted",
     [
         ("white", (1, 1, 1)), ("Black", (0, 0, 0)), ("#ff8000", ORANGE), ("#FF8000", ORANGE), ("#f80", None),
-        ("no such colour", None), ("blurple", None), ("1,2,3", None), ("#ff80", None), ("transparent", None), ("", None),
+        ("no such colour", None), ("blurple", None), ("1,2,3", None), ("#ff80", None), ("transparent", None),
+        ("", None),
     ],
 )  # fmt: skip
 def test_colours_have_names_and_digits(text: str, wanted: Any) -> None:

@@ -37,7 +37,7 @@ _SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
 _AXES = (4.5, 2.5, 1.0, 3.5)
 _LEGEND_AIR = 1.2
 _LEAST_LEFT = 0.78  # least fraction of each side that is left to the picture; annotation then lies over its edges
-_ENOUGH = 0.92  # of what is left free: less, and what shows is too small in its box, whose ends are left out then
+_LEAST, _ENOUGH = 0.70, 0.72  # of the picture: less than the first, and what shows is enlarged to the second
 _STEPS = 4  # towards a perspective eye
 
 
@@ -47,25 +47,22 @@ def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], ann
     around_box = _box_in(free, camera, scene)
     if scene.mode not in ("composite", "isosurface"):
         return around_box
-    # Where only texts are drawn the box need not be in the picture.
-    most = np.inf if annotation.box or annotation.axes else 0.0
-    return _filled(around_box, free, scene, size, _ENOUGH if most else 1.0)
+    return _filled(around_box, free, scene, size[0] / size[1])
 
 
-def _filled(
-    camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene, size: tuple[int, int], enough: float
-) -> Camera:
-    """Return the camera nearer to what shows if that fills less than a part of what the annotation leaves free."""
+def _filled(camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene, aspect: float) -> Camera:
+    """Return the camera nearer to what shows if that fills less than `_LEAST` of the picture, whatever of the box."""
     content = content_of(scene.looked)
-    for _ in range(_STEPS):
+    for step in range(_STEPS):
         seen = extent_seen(camera, content) if content else None
         if seen is None:
             return camera
         extent, depth = seen
-        sides = [(high - low) / (end - begin) for (low, high), (begin, end) in zip(extent, free, strict=True)]
-        if max(sides) >= enough * (1 - 1e-3):
+        (left, right), (bottom, top) = extent
+        side = max((right - left) / (2 * aspect), (top - bottom) / 2)
+        if side >= (_LEAST if step == 0 else _ENOUGH * (1 - 1e-3)):
             return camera
-        closer = max(sides) / enough
+        closer = side / _ENOUGH
         half = camera.half_height * (depth if camera.projection == "perspective" else 1.0)
         middles = [
             ((low + high) / 2, (begin + end) / 2) for (low, high), (begin, end) in zip(extent, free, strict=True)

@@ -86,8 +86,8 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
     ),
     (
         "light",
-        "Without --light a preset, and the look without --tf, have a head light that keeps highlights; a transfer function "
-        "of a file has the light that it holds, or none. An isosurface has a head light, and so has a medium with any of "
+        "Without --light a preset, and the look without --tf, have a head light that keeps highlights; a file of --tf "
+        "has the light that it holds, or none. An isosurface has a head light, and so has a medium with any of "
         "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
         (
             SceneOption(

@@ -46,7 +46,10 @@ def _look(text: str) -> LabelLook:
 
 # Options that each volume of a scene has of its own, beside those for reading it.
 LOOK = (
-    SceneOption("tf", str, "PRESET|FILE", f"transfer function: a JSON or TOML file, or a preset with its light: {', '.join(transfer.PRESETS)}"),
+    SceneOption(
+        "tf", str, "PRESET|FILE",
+        f"transfer function: a JSON or TOML file, or a preset with its light: {', '.join(transfer.PRESETS)}",
+    ),
     SceneOption("materials", lit.materials, "NAME,NAME", "draw only these materials of --tf"),
     SceneOption(
         "range", texts.value_range, "LOW,HIGH",

@@ -16,23 +16,31 @@ from typing import Any
 
 from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
-from texvol.rendering.settings import Settings
+from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, Settings
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.slabs import slabs_crossed
-from texvol.util.errors import NoRoomError
+from texvol.slicing.slabs import slabs_crossed_about
+from texvol.util.errors import InputError
 
 LIMIT = 1 / 64  # of the largest error of a linear picture
 _SAFETY = 1.25  # of the estimate against that by another classification, which `Renderer.stats` has
 _MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of two cores, with empty space and light
 _MOST_IN_PARTS = 1e8  # of a volume that is read in parts
 _FINEST, _IN_PARTS = 16, 4
+_MOST_PIXELS = 192  # along a side of a small picture
 
 
 def is_open(scene: Scene, chosen: Classified | None, *accuracy: float | None) -> bool:
     """Return True if a scene of classification auto is drawn by post, and nothing says at which rate."""
     by_post = chosen is not None and chosen.classification == "post"
     return by_post and scene.mode == "composite" and all(each is None for each in accuracy)
+
+
+def _small(size: Size) -> Size:
+    """Return the size of the pictures that are compared."""
+    width, height = smaller(size)
+    shrink = min(1.0, _MOST_PIXELS / max(width, height))
+    return max(1, round(shrink * width)), max(1, round(shrink * height))
 
 
 class DefaultRate:
@@ -51,10 +59,12 @@ class DefaultRate:
         self.estimate = None
         if isinstance(scene.volume, LargeVolume):
             return self._in_parts(scene, size, settings)
+        # What ends rays or skips cells has no say in the rate: pictures with and without are to be compared.
+        plain = replace(settings, early_termination=DEFAULT_EARLY_TERMINATION, skip_empty=True)
         parts = scene.volume, scene.transfer_function, scene.lighting, scene.mask, scene.depth_cue
-        key = (*map(id, parts), f"{size} {scene.cutting} {scene.gradient} {settings}", *map(id, scene.added))
+        key = (*map(id, parts), f"{size} {scene.cutting} {scene.gradient} {plain}", *map(id, scene.added))
         if self._last is None or self._last[0] != key:
-            self._last = key, self._chosen(scene, size, settings)
+            self._last = key, self._chosen(scene, size, plain)
             self._kept = parts, scene.added  # whose identities are in the key
         return replace(settings, slab_thickness=settings.slab_thickness / self._last[1])
 
@@ -63,13 +73,13 @@ class DefaultRate:
         if isinstance(scene.volume, LargeVolume):
             return None
         try:
-            return self._error(scene, smaller(size), settings)
-        except NoRoomError:
+            return self._error(scene, _small(size), settings)
+        except InputError:
             return None
 
     def _chosen(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
         """Return the factor of the rate."""
-        small, rate = smaller(size), 1
+        small, rate = _small(size), 1
         try:
             coarse = self._draw(scene, small, settings)
             while True:
@@ -78,10 +88,10 @@ class DefaultRate:
                 self.estimate = estimate(coarse, fine, 1)
                 if _SAFETY * self.estimate <= LIMIT or rate >= _FINEST:
                     return rate
-                if slabs_crossed(scene.box, scene.camera, finer.slab_thickness, size) > _MOST_CROSSED:
+                if slabs_crossed_about(scene.box, scene.camera, finer.slab_thickness, size) > _MOST_CROSSED:
                     return rate
                 rate, coarse = 2 * rate, fine
-        except NoRoomError:
+        except InputError:  # no room, or too many slabs: the picture itself says so if it has to
             return rate
 
     def _error(self, scene: CompleteScene, small: Size, settings: Settings) -> float:
@@ -93,7 +103,7 @@ class DefaultRate:
         rate = 1
         while rate < _IN_PARTS:
             thinner = settings.slab_thickness / (2 * rate)
-            if slabs_crossed(scene.box, scene.camera, thinner, size) > _MOST_IN_PARTS:
+            if slabs_crossed_about(scene.box, scene.camera, thinner, size) > _MOST_IN_PARTS:
                 break
             rate *= 2
         return replace(settings, slab_thickness=settings.slab_thickness / rate)

@@ -117,6 +117,8 @@ def framed(
         towards, upward = view_of(box, choice)
         eye, up = tuple(box.centre + 2 * box.radius * towards), tuple(upward) if up is None else up
     camera = Camera.framing(box, projection, eye=eye, up=up, fov=fov, aspect=aspect)
+    of_values = scene.mode not in ("composite", "isosurface")  # which show in all of the box
+    whole_box = whole_box or (of_values and not scene.cutting and scene.mask is None)
     content = Content.nothing(box) if whole_box else content_of(scene)
     if not content and eye is None:
         return camera
