@@ -31,7 +31,7 @@ from texvol.util.shown_text import shown
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FADE = rf"(?::(?P<low>{_NUMBER}),(?P<high>{_NUMBER}))?"
-_COLOR = rf"{_NUMBER},{_NUMBER},{_NUMBER}|\#[0-9a-fA-F]{{3,6}}|[a-zA-Z]+"
+_COLOR = rf"{_NUMBER},{_NUMBER},{_NUMBER}|\#[0-9a-fA-F]{{6}}|\#[0-9a-fA-F]{{3}}|[a-zA-Z]+"
 _COLOR_FORM = "a colour R,G,B, #RRGGBB or a name such as white"
 _LOOK = rf"(?::(?P<color>{_COLOR}))?(?::(?P<opacity>{_NUMBER}))?"
 _OFF = 0.5  # voxels; a mask that is farther off belongs to other samples
