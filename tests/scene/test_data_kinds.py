@@ -55,6 +55,7 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "a vortex that is stronger on one side": ((X + 0.15) * np.exp(-4 * RADIUS), {}, "signed"),
     "a scaled image": ((2 * (head() / head().max()) - 1).astype(np.float32), {}, "measured"),
     "a density of a molecule": ((np.exp(-4 * RADIUS) + 0.3 * NOISE).astype(np.float32), {"unit": "Å"}, "measured"),
+    "a field that fills its box": ((0.6 + 0.2 * np.sin(3 * X + Y) + 0.05 * NOISE).astype(np.float32), {}, "field"),
     "a density": (np.exp(-4 * RADIUS).astype(np.float32), {}, "measured"),
     "a stain under a microscope": (
         (3e4 * np.exp(-30 * RADIUS**2) + 60 * np.abs(NOISE)).astype(np.uint16), {"unit": "µm"}, "fluorescence"

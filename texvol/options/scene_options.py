@@ -39,6 +39,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.framing import ViewChoice, framed, zoomed
 from texvol.scene.gradient import CENTRAL
 from texvol.scene.looks import Look, seen_as
+from texvol.scene.proportions import in_proportion
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util import locations, text_files
@@ -170,7 +171,12 @@ class SceneOptions:
         _ = self._further  # reads the further volumes now, as part of loading
         if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:
             self._channels = self._other_channels(volume)
-        return self.placed(self._seen_as(volume))
+        return self.placed(self._seen_as(self._in_proportion(volume)))
+
+    def _in_proportion(self, volume: Volume) -> Volume:
+        """Return the volume, its axes scaled if their units differ and no option speaks of the world."""
+        of_world = {"spacing", "transform", "eye", "target", "height", "clip", "crop", "add", "mesh", "isovalue"}
+        return volume if of_world & set(self._chosen) else in_proportion(volume)
 
     def _seen_as(self, volume: Volume) -> Volume:
         """Return the volume, with labels in place of values that look like labels unless an option says something."""

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene import orbit
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.content import Content, content_of
 from texvol.scene.spaces import OPPOSITE, letters_of_space
@@ -33,7 +34,6 @@ _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle
 _BINS = 128  # of the coarse picture, along its longer side
 _FAINT = 0.02  # opacity that nobody sees
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
-_TURNS = 24  # views of an orbit that are looked at
 
 VIEWS = ("front", "back", "left", "right", "top", "bottom", "iso")
 # Azimuth from the front to the right, and elevation, degrees.
@@ -111,8 +111,7 @@ def framed(
     turning : bool
         True to have everything in the picture from all sides about `up`.
     """
-    box = scene.box
-    eye = None
+    box, eye, towards = scene.box, None, None
     if choice:
         towards, upward = view_of(box, choice)
         eye, up = tuple(box.centre + 2 * box.radius * towards), tuple(upward) if up is None else up
@@ -120,11 +119,11 @@ def framed(
     of_values = scene.mode not in ("composite", "isosurface")  # which show in all of the box
     whole_box = whole_box or (of_values and not scene.cutting and scene.mask is None)
     content = Content.nothing(box) if whole_box else content_of(scene)
-    if not content and eye is None:
-        return camera
-    if not content or turning:
-        part = box if not content else _box_of(content, camera, box)
-        return _around(part, camera, aspect, box)
+    if turning:
+        part = _box_of(content, box) if content else box
+        return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect)
+    if not content:
+        return camera if eye is None else _around(box, camera, aspect)
     return _filled(camera, content, aspect, box)
 
 
@@ -148,23 +147,22 @@ def zoomed(camera: Camera, factor: float) -> Camera:
     return replace(camera, fov=float(np.degrees(2 * np.arctan(slope))))
 
 
-def _around(part: Volume, camera: Camera, aspect: float, box: Volume) -> Camera:
+def _around(box: Volume, camera: Camera, aspect: float) -> Camera:
     """Return the camera moved so that all of a box is in the picture."""
-    moved = tuple(part.centre - 2 * box.radius * camera.forward)
-    whole = Camera.framing(part, camera.projection, eye=moved, up=camera.up, fov=camera.fov, aspect=aspect)
     if camera.projection == "perspective":
-        return whole.at_distance(whole.fitting_distance(part, aspect))
-    return whole
+        return camera.at_distance(camera.fitting_distance(box, aspect))
+    return camera
 
 
-def _box_of(content: Content, camera: Camera, box: Volume) -> Volume:
+def _box_of(content: Content, box: Volume) -> Volume:
     """Return the box around what shows, with the axes of the scene's box, that holds it from every side."""
     weights = content.amounts
     axes = box.direction / np.linalg.norm(box.direction, axis=0)
     along = np.linalg.solve(axes, content.points.T)
     ends = np.array([_ends(each, weights, _CLEARLY, content.apart) for each in along])
     middle = content.about + axes @ ends.mean(axis=1)
-    return Volume(np.zeros((1, 1, 1)), np.maximum(np.ptp(ends, axis=1), 1e-6 * box.radius).tolist(), middle, axes)
+    edges = np.maximum(np.ptp(ends, axis=1), 1e-6 * box.radius)
+    return Volume(np.zeros((1, 1, 1)), edges.tolist(), middle, axes, space=box.space)
 
 
 def _ends(positions: Numbers, weights: Numbers, cut: float, apart: float) -> tuple[float, float]:

@@ -21,7 +21,7 @@ from texvol.scene.volume import LARGEST_LABEL, Volume
 from texvol.util.errors import InputError
 from texvol.util.statistics import distinct, percentile_of_sorted
 
-KindName = Literal["labels", "colours", "fluorescence", "CT", "MR", "signed", "measured", "constant"]
+KindName = Literal["labels", "colours", "fluorescence", "CT", "MR", "signed", "field", "measured", "constant"]
 
 _MOST_LEVELS = 1024  # different values that labels may have: an atlas of a brain has some 200
 _FEW_LEVELS = 8  # of so few, neighbours may have any names
@@ -34,6 +34,7 @@ _BOTH_SIGNS = 0.05  # least fraction of what is not near zero, on either side
 _NEAR_ZERO = 0.02  # of the largest magnitude
 _EVEN = 0.2  # least ratio of the two ends of a field with two signs
 _DARK = 0.15  # of the range of the medium, below which half of a fluorescent image lies
+_FILLED = 0.35  # of the range, above which half of a field lies
 _MICROMETRES = ("µm", "um", "μm", "micron", "microns", "micrometer", "micrometre", "nm", "nanometer", "nanometre")
 
 _KINDS: WeakKeyDictionary[Volume, Kind] = WeakKeyDictionary()
@@ -112,6 +113,8 @@ def _seen(volume: Volume) -> Kind:
     anatomical = letters_of_space(volume.space) is not None
     if anatomical and low >= 0 and background >= _BACKGROUND and abs(skewness) >= _SKEWED:
         return Kind("MR", f"the file names directions of the body, and its histogram is skewed by {skewness:.1f}")
+    if volume.dtype.kind == "f" and background < _BACKGROUND and median > _FILLED:
+        return Kind("field", "its values fill the box, without a background")
     return Kind("measured", "nothing says what its values are")
 
 

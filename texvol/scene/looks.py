@@ -142,7 +142,8 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         channel = getattr(volume, "channel", None)
         medium = presets.proposed_for(volume) if channel else presets.preset("fluorescence", volume)
         return Look(medium, name="fluorescence", reason=kind.reason)
-    name = {"MR": "mr", "signed": "diverging", "CT": _ct_preset(volume) if kind.name == "CT" else ""}.get(kind.name)
+    by_kind = {"MR": "mr", "signed": "diverging", "field": "viridis"}
+    name = _ct_preset(volume) if kind.name == "CT" else by_kind.get(kind.name)
     if name:
         return replace(look_of(name, volume), reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
