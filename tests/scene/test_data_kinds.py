@@ -64,7 +64,7 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "only NaN": (np.full((4, 4, 4), np.nan), {}, "constant"),
     "one sample": (np.ones((1, 1, 1), np.uint8), {}, "constant"),
     "two samples": (np.array([[[0.0, 1.5]]]), {}, "measured"),
-    "values near the largest": (RADIUS * 1e308, {}, "measured"),
+    "values near the largest": (RADIUS * 1e308, {}, "field"),
 }  # fmt: skip
 
 

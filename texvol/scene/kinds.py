@@ -34,6 +34,7 @@ _BOTH_SIGNS = 0.05  # least fraction of what is not near zero, on either side
 _NEAR_ZERO = 0.02  # of the largest magnitude
 _EVEN = 0.2  # least ratio of the two ends of a field with two signs
 _DARK = 0.15  # of the range of the medium, below which half of a fluorescent image lies
+_ANGSTROMS = ("Å", "A")
 _FILLED = 0.35  # of the range, above which half of a field lies
 _MICROMETRES = ("µm", "um", "μm", "micron", "microns", "micrometer", "micrometre", "nm", "nanometer", "nanometre")
 
@@ -113,7 +114,8 @@ def _seen(volume: Volume) -> Kind:
     anatomical = letters_of_space(volume.space) is not None
     if anatomical and low >= 0 and background >= _BACKGROUND and abs(skewness) >= _SKEWED:
         return Kind("MR", f"the file names directions of the body, and its histogram is skewed by {skewness:.1f}")
-    if volume.dtype.kind == "f" and background < _BACKGROUND and median > _FILLED:
+    is_density = volume.unit in _ANGSTROMS
+    if volume.dtype.kind == "f" and not is_density and background < _BACKGROUND and median > _FILLED:
         return Kind("field", "its values fill the box, without a background")
     return Kind("measured", "nothing says what its values are")
 
@@ -151,7 +153,7 @@ def _label_levels(volume: Volume, samples: NDArray[np.float64]) -> int:
 
 def _has_two_signs(volume: Volume, samples: NDArray[np.float64]) -> bool:
     """True for a field about zero: both signs are there and reach about as far, and zero is not far from the mode."""
-    if volume.unit in ("Å", "A") or volume.dtype.kind == "u":  # a density of a molecule: what is below zero is noise
+    if volume.unit in _ANGSTROMS or volume.dtype.kind == "u":  # a density of a molecule: what is below zero is noise
         return False
     samples = samples / max(float(np.abs(samples).max()), 1e-300)  # values up to 1e308 have no range
     low, high = percentile_of_sorted(samples, (0.5, 99.5)).tolist()

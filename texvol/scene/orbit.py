@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
 from texvol.scene.volume import Volume
@@ -39,7 +40,7 @@ def framing(
     projection: Projection = "orthographic",
     *,
     eye: Sequence[float] | None = None,
-    towards: Sequence[float] | None = None,
+    towards: ArrayLike | None = None,
     height: float | None = None,
     aspect: float = 1.0,
     **others: Any,
