@@ -222,10 +222,6 @@ def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch
     assert asked == [(tf, both), (tf, None), (tf, both), (tf, ("fat",))]
 
 
-def test_only_the_chosen_materials_are_left() -> None:
-    assert scene("--tf", "table-5-1", "--materials", "bone,fat").transfer_function.materials == ("fat", "bone")
-
-
 def test_a_negative_value_after_each_option_that_takes_numbers() -> None:
     """Out of range is said by the option; argparse would say that there is no value."""
     for name in ("light", "ambient", "diffuse", "specular", "shininess", "fade", "depth-cue", "isovalue", "window"):
@@ -276,10 +272,7 @@ WRONG = [
     (["--depth-cue", "1,0,0"], "must be a strength S, or S,R,G,B, got '1,0,0'"),
     (["--depth-cue", "1,-1,0,0"], COLOUR),
     (["--materials", "bone"], "--materials needs --tf, a transfer function that has these materials"),
-    (
-        ["--tf", "table-5-1", "--materials", "bone,"],
-        "--materials: must be names separated by commas, got 'bone,'",
-    ),
+    (["--tf", "table-5-1", "--materials", "bone,"], "--materials: must be names separated by commas, got 'bone,'"),
     (["--tf", "table-5-1", "--materials", "bone,gold"], "material 'gold' not found"),
     (["--tf", "viridis", "--materials", "bone"], "the preset viridis has none"),
     (["--mode", "mop"], "--mode: must be one of composite, xray, mip, minip, average, isosurface, got 'mop'"),

@@ -85,6 +85,10 @@ def test_range_and_opacity_adjust_any_preset() -> None:
     assert (by_file.values[0], by_file.values[-1]) == (1, 2)
 
 
+def test_only_the_chosen_materials_are_left() -> None:
+    assert scene("--tf", "table-5-1", "--materials", "bone,fat").transfer_function.materials == ("fat", "bone")
+
+
 def test_size_may_be_one_number_and_a_unit_has_a_name() -> None:
     assert chosen("--size", "60").size == (60, 60)
     assert scene("--unit", "µm").volume.unit == "µm"

@@ -64,9 +64,7 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "unit": volume.unit,
         "value_unit": volume.value_unit,
         "hounsfield": hounsfield_by(seen) or None,
-        "kind": kind_of(volume).name,
-        "kind_reason": kind_of(volume).reason,
-        "look": look_for(volume).name,
+        **_kind(volume),
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -152,6 +150,11 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
 def _lone(extreme: LoneExtreme) -> dict[str, Any]:
     found = extreme._asdict()
     return {("missing" if key == "text" else key): value for key, value in found.items()}
+
+
+def _kind(volume: Volume) -> dict[str, str]:
+    kind = kind_of(volume)
+    return {"kind": kind.name, "kind_reason": kind.reason, "look": look_for(volume).name}
 
 
 def _kind_lines(metadata: dict[str, Any]) -> list[str]:

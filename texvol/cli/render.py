@@ -151,7 +151,6 @@ def run(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     _check(arguments, scene_options)
     start = time.perf_counter()
-    stage(f"reading {scene_options.volume}")
     series = scene_options.series() if scene_options.all_times else None
     volume = scene_options.load() if series is None else scene_options.placed(series[0])
     load_seconds = time.perf_counter() - start
@@ -160,7 +159,6 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
-    stage("drawing")
     with _renderer(arguments) as renderer:
         picture, depth, sequence_stats = None, None, {}
         if series is None and arguments.orbit is None:
@@ -170,7 +168,7 @@ def run(arguments: argparse.Namespace) -> None:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
-        error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
+        error = stats.get("estimated_error") if stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
     # Encoding begins after the textures are released: both need much memory.
@@ -187,9 +185,8 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    said += reasons(scene_options, scene)
-    for sentence in (*said, summary(scene_options, scene, arguments.output, error, time.perf_counter() - start)):
-        say(sentence)
+    said += [*reasons(scene_options, scene), summary(scene_options, scene, arguments.output, error, start)]
+    say("\n".join(said))
 
 
 @contextmanager
@@ -197,6 +194,7 @@ def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
     from texvol.rendering.renderer import Renderer
 
+    stage("drawing")
     workers = workers_of(arguments)
     if workers is None:
         with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:

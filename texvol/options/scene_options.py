@@ -45,6 +45,7 @@ from texvol.scene.volume import Volume
 from texvol.util import locations, text_files
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
+from texvol.util.terminal import stage
 
 if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
@@ -167,6 +168,7 @@ class SceneOptions:
         from texvol.formats.readers import load
 
         told = reading.told(self._reading)
+        stage(f"reading {self.volume}")
         volume = load(self.volume, spacing=self.spacing, **told)
         _ = self._further  # reads the further volumes now, as part of loading
         if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:

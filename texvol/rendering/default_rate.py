@@ -18,7 +18,7 @@ from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
 from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, Settings
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.scene import CompleteScene
 from texvol.slicing.slabs import slabs_crossed_about
 from texvol.util.errors import InputError
 
@@ -28,12 +28,6 @@ _MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of 
 _MOST_IN_PARTS = 1e8  # of a volume that is read in parts
 _FINEST, _IN_PARTS = 16, 4
 _MOST_PIXELS = 192  # along a side of a small picture
-
-
-def is_open(scene: Scene, chosen: Classified | None, *accuracy: float | None) -> bool:
-    """Return True if a scene of classification auto is drawn by post, and nothing says at which rate."""
-    by_post = chosen is not None and chosen.classification == "post"
-    return by_post and scene.mode == "composite" and all(each is None for each in accuracy)
 
 
 def _small(size: Size) -> Size:
@@ -54,9 +48,14 @@ class DefaultRate:
         self._last: tuple[tuple[Any, ...], float] | None = None  # key and rate
         self.estimate: float | None = None  # of the picture for which the last rate was chosen
 
-    def settled(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
-        """Return the settings with slabs that are thin enough for the scene."""
+    def settled(self, scene: CompleteScene, size: Size, settings: Settings, chosen: Classified | None) -> Settings:
+        """Return the settings with slabs that are thin enough for the scene, if it is one of classification auto.
+
+        `chosen` is the choice of its classification; None if there was none, or if a rate is given.
+        """
         self.estimate = None
+        if chosen is None or chosen.classification != "post" or scene.mode != "composite":
+            return settings
         if isinstance(scene.volume, LargeVolume):
             return self._in_parts(scene, size, settings)
         # What ends rays or skips cells has no say in the rate: pictures with and without are to be compared.

@@ -17,7 +17,7 @@ from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
-from texvol.rendering.default_rate import DefaultRate, is_open
+from texvol.rendering.default_rate import DefaultRate
 from texvol.rendering.error_control import ErrorSearch, smaller
 from texvol.rendering.model_error import AskedOfModel, model_error
 from texvol.rendering.pictures import Pictures
@@ -183,14 +183,13 @@ class Renderer:
             If the requested error is not reached, by the estimate or by a checked pixel; or if single precision cannot
             hold the values at which the transfer function changes.
         """
-        check = checking.checked_count(check)
-        size = self._compositor.checked_size(size)
+        check, size = checking.checked_count(check), self._compositor.checked_size(size)
         scene = _drawable(scene, size, texture_refinement)
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
         formats = checked_format(texture_format), checked_target(target_format, scene.mode)
         settings = Settings(wanted, *formats, termination, skip_empty, slicing)
-        asked = AskedOfModel(texture_refinement, max_error, of)
+        asked, rates = AskedOfModel(texture_refinement, max_error, of), (max_error, slab_thickness, sampling_rate)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures = self._pictures_of(scene)
@@ -204,8 +203,7 @@ class Renderer:
         with self._context:
             factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
-            if is_open(scene, self.chosen, max_error, slab_thickness, sampling_rate):
-                settings = self._default_rate.settled(complete, size, settings)
+            settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
             if own_error is not None:
                 # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
@@ -394,7 +392,7 @@ class Renderer:
 
 
 def _drawable(scene: Scene, size: Size, texture_refinement: int | str | None = None) -> Scene:
-    """Return the scene, or if it cannot be drawn part by part the one with its volumes in memory, or InputError."""
+    """Return the scene with a look, in memory if it cannot be drawn part by part, or InputError."""
     check_type("scene", scene, Scene)
     scene.check_for(size)
     return in_parts_or_memory(scene.looked, texture_refinement)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -21,12 +21,10 @@ from numpy.typing import NDArray
 
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.mask import Mask
+from texvol.scene.scene_parts import SceneParts
 from texvol.scene.shapes import Mesh
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-
-if TYPE_CHECKING:
-    from texvol.scene.scene import Scene
 
 Numbers = NDArray[np.float64]
 
@@ -91,7 +89,7 @@ class _Samples:
         return np.column_stack(places) @ self.volume.world_from_index.T + (self.volume.origin - about)
 
 
-def content_of(scene: Scene) -> Content:
+def content_of(scene: SceneParts) -> Content:
     """Return what shows of a scene with a look; nothing if that cannot be known."""
     parts = (scene.transfer_function, scene.mask, *scene.added, *scene.geometry)
     cut = f"{scene.crop} {scene.clip} {scene.mode} {scene.isovalues} {len(scene.added)}"
@@ -102,7 +100,7 @@ def content_of(scene: Scene) -> Content:
     return known[2]
 
 
-def _content(scene: Scene) -> Content:
+def _content(scene: SceneParts) -> Content:
     about = scene.box.centre
     owners = [(scene.volume, scene.transfer_function, scene.mask)]
     owners += [(each.volume, each.medium, each.mask) for each in scene.added]
@@ -127,7 +125,7 @@ def _content(scene: Scene) -> Content:
 
 
 def _shown(
-    scene: Scene, samples: _Samples, medium: TransferFunction | None, mask: Mask | None
+    scene: SceneParts, samples: _Samples, medium: TransferFunction | None, mask: Mask | None
 ) -> tuple[tuple[NDArray[np.intp], ...], Numbers, Numbers]:
     """Return numbers along z, y, x, optical depths and world positions of the cells that show."""
     depths = _depths(scene, samples, medium)
@@ -227,7 +225,7 @@ def _of_chunks(volume: Volume) -> _Samples | None:
     return _Samples(values, (z, y, x), grid)
 
 
-def _depths(scene: Scene, samples: _Samples, medium: TransferFunction | None) -> Numbers:
+def _depths(scene: SceneParts, samples: _Samples, medium: TransferFunction | None) -> Numbers:
     """Return the optical depth of each cell along its mean edge, shape (nz, ny, nx); of what emits, its light."""
     values = samples.values
     if scene.mode == "isosurface":
@@ -269,7 +267,7 @@ def _on_surfaces(values: NDArray, isovalues: tuple[float, ...]) -> Numbers:
     return found
 
 
-def _inside(scene: Scene, places: Numbers) -> NDArray[np.bool_]:
+def _inside(scene: SceneParts, places: Numbers) -> NDArray[np.bool_]:
     """Return True for world positions that crop box and clip planes leave."""
     kept = np.ones(len(places), np.bool_)
     for plane in scene.clip:

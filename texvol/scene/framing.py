@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +20,9 @@ from numpy.typing import NDArray
 from texvol.scene import orbit
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.content import Content, content_of
+from texvol.scene.scene_parts import SceneParts
 from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
-
-if TYPE_CHECKING:
-    from texvol.scene.scene import Scene
 
 Numbers = NDArray[np.float64]
 
@@ -85,7 +83,7 @@ def _sides(volume: Volume) -> tuple[Numbers, Numbers, Numbers]:
 
 
 def framed(
-    scene: Scene,
+    scene: SceneParts,
     projection: Projection = "orthographic",
     *,
     choice: ViewChoice | None = None,
@@ -127,9 +125,9 @@ def framed(
     return _filled(camera, content, aspect, box)
 
 
-def filled(camera: Camera, scene: Scene, aspect: float) -> Camera:
-    """Return a camera of the same direction in which what shows fills the picture; itself if nothing shows."""
-    content = content_of(scene.looked)
+def filled(camera: Camera, scene: SceneParts, aspect: float) -> Camera:
+    """Return a camera of the same direction in which what shows of a scene with a look fills the picture."""
+    content = content_of(scene)
     return _filled(camera, content, aspect, scene.box) if content else camera
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,13 +17,11 @@ import numpy as np
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
 from texvol.scene.lighting import Lighting
+from texvol.scene.scene_parts import SceneParts
 from texvol.scene.transfer import presets
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
-
-if TYPE_CHECKING:
-    from texvol.scene.scene import Scene
 
 NO_LIGHT = "none"
 EXPOSED = Lighting(ambient=0.25, diffuse=0.63, specular=0.12)
@@ -67,7 +65,7 @@ class Look:
         lit = "lit" if self.lighting is not None else "unlit"
         return f"look {self.name}, {lit}" + (f": {self.reason}" if self.reason else "")
 
-    def parts_for(self, scene: Scene, *, lit: bool = True) -> dict[str, Any]:
+    def parts_for(self, scene: SceneParts, *, lit: bool = True) -> dict[str, Any]:
         """Return the parts of the look by name, without light and background where a scene has its own.
 
         A medium that emits cannot be lit, and so no volume beside it is.
@@ -83,7 +81,7 @@ class Look:
         return parts
 
 
-def parts_taken(scene: Scene) -> dict[str, Any]:
+def parts_taken(scene: SceneParts) -> dict[str, Any]:
     """Return the parts that stand for a look, for the name of a preset, and for "none" as the light of a scene."""
     look: Any = scene.transfer_function
     parts: dict[str, Any] = {}

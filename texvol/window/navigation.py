@@ -182,7 +182,7 @@ def reset(view: View, volume: Volume, aspect: float) -> View:
 
 def on_content(view: View, scene: Scene, aspect: float) -> View:
     """Look at what shows of a scene from the current direction."""
-    camera = filled(view.camera, scene, aspect)
+    camera = filled(view.camera, scene.looked, aspect)
     return View(camera, camera.target)
 
 
