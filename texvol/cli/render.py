@@ -168,7 +168,7 @@ def run(arguments: argparse.Namespace) -> None:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
-        error = stats.get("estimated_error") if stats else renderer.quick_estimate()
+        error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
     # Encoding begins after the textures are released: both need much memory.

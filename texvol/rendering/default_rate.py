@@ -27,6 +27,7 @@ _SAFETY = 1.25  # of the estimate against that by another classification, which 
 _MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of two cores, with empty space and light
 _MOST_IN_PARTS = 1e8  # of a volume that is read in parts
 _FINEST, _IN_PARTS = 16, 4
+_PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 
 
@@ -67,9 +68,13 @@ class DefaultRate:
             self._kept = parts, scene.added  # whose identities are in the key
         return replace(settings, slab_thickness=settings.slab_thickness / self._last[1])
 
-    def estimated(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
-        """Return an estimate of the error of a picture, from two small ones; None if they are not drawn."""
-        if isinstance(scene.volume, LargeVolume):
+    def estimated(self, scene: CompleteScene, size: Size, settings: Settings, seconds: float) -> float | None:
+        """Return an estimate of the error of a picture, from two small ones; None if they would take long.
+
+        `seconds` is what the picture took. Texels of `slab` are baked for the slabs, and parts of a store for a size.
+        """
+        made_anew = scene.classification == "slab" or isinstance(scene.volume, LargeVolume)
+        if made_anew and seconds > _PATIENCE:
             return None
         try:
             return self._error(scene, _small(size), settings)

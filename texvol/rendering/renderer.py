@@ -276,7 +276,7 @@ class Renderer:
             return self.estimate
         if self._quick_estimate is None and not self._context.released:
             with self._context:
-                self._quick_estimate = self._default_rate.estimated(*self._last)
+                self._quick_estimate = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
         return error_control.if_finite(checking.at_least(self._quick_estimate, self._check))
 
     @property

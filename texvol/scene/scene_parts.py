@@ -1,4 +1,4 @@
-"""What modules below `texvol.scene.scene` need of a scene: a protocol, so that they need not import it."""
+"""Protocol of a scene, for modules that `texvol.scene.scene` imports."""
 
 from __future__ import annotations
 
