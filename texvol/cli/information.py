@@ -14,7 +14,7 @@ from texvol.formats.readers import resampling
 from texvol.scene.air import hounsfield_by
 from texvol.scene.kinds import kind_of
 from texvol.scene.lone_extremes import LoneExtreme, lone_extremes
-from texvol.scene.looks import look_for
+from texvol.scene.looks import look_name
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown_line
 from texvol.util.statistics import chunks, finite
@@ -154,7 +154,7 @@ def _lone(extreme: LoneExtreme) -> dict[str, Any]:
 
 def _kind(volume: Volume) -> dict[str, str]:
     kind = kind_of(volume)
-    return {"kind": kind.name, "kind_reason": kind.reason, "look": look_for(volume).name}
+    return {"kind": kind.name, "kind_reason": kind.reason, "look": look_name(volume)}
 
 
 def _kind_lines(metadata: dict[str, Any]) -> list[str]:

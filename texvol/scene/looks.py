@@ -132,6 +132,15 @@ def seen_as(volume: Volume) -> Volume:
     return as_labels(volume) if kind_of(volume).name == "labels" else volume
 
 
+def look_name(volume: Volume) -> str:
+    """Return the name of the look of the first picture of a volume."""
+    kind = kind_of(volume).name
+    if kind == "CT":
+        return _ct_preset(volume)
+    named = {"MR": "mr", "signed": "diverging", "field": "viridis", "labels": "labels", "fluorescence": "fluorescence"}
+    return named.get(kind, "proposal")
+
+
 def _look_by(kind: Kind, volume: Volume) -> Look:
     if kind.name == "labels":
         medium = presets.proposed_for(as_labels(volume))
@@ -140,9 +149,7 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         channel = getattr(volume, "channel", None)
         medium = presets.proposed_for(volume) if channel else presets.preset("fluorescence", volume)
         return Look(medium, name="fluorescence", reason=kind.reason)
-    by_kind = {"MR": "mr", "signed": "diverging", "field": "viridis"}
-    name = _ct_preset(volume) if kind.name == "CT" else by_kind.get(kind.name)
-    if name:
+    if (name := look_name(volume)) in presets.PRESETS:
         return replace(look_of(name, volume), reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
