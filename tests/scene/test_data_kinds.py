@@ -48,6 +48,7 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "large labels": ((tissues(20) * 100).astype(np.uint16), {}, "labels"),
     "three tissues": (np.digitize(RADIUS, [0.3, 0.6, 0.9]).astype(np.uint8), {}, "labels"),
     "a mask of 255": (np.where(RADIUS < 0.5, 255, 0).astype(np.uint8), {}, "labels"),
+    "a ramp of few numbers": (np.broadcast_to(np.arange(8)[:, None, None], (8, 9, 10)), {}, "measured"),
     "noise in bytes": (np.clip(40 + 10 * NOISE, 0, 255).astype(np.uint8), {}, "measured"),
     "few levels of a smooth field": ((20 * RADIUS).astype(np.uint8), {}, "measured"),
     "few counts of photons": (RANDOM.poisson(3, RADIUS.shape).astype(np.uint16), {}, "measured"),

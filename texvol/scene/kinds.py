@@ -26,6 +26,7 @@ KindName = Literal["labels", "colours", "fluorescence", "CT", "MR", "signed", "f
 _MOST_LEVELS = 1024  # different values that labels may have: an atlas of a brain has some 200
 _FEW_LEVELS = 8  # of so few, neighbours may have any names
 _ALIKE_OF_FEW, _ALIKE = 0.5, 0.65  # least fraction of neighbours with one label, outside of the background
+_ALONG_AN_AXIS = 0.6  # of that, along an axis on which samples lie farther apart
 _FAR_APART = 0.15  # least fraction of borders at which a field would have jumped over a level
 _LOOKED_AT = 1 << 20  # samples whose neighbours are compared
 _SKEWED = 0.35  # standardised third moment, of either sign
@@ -132,23 +133,34 @@ def _label_levels(volume: Volume, samples: NDArray[np.float64]) -> int:
     if levels[0] < 0 or levels[-1] > LARGEST_LABEL:
         return 0
     values = volume.overview.values
-    planes = values[:: max(-(-values.size // _LOOKED_AT), 1)]
+    step = max(-(-values.size // _LOOKED_AT), 1)
+    planes = values[::step]
     if planes.dtype.kind == "f" and not (np.isfinite(planes).all() and (planes == np.rint(planes)).all()):
         return 0
-    pairs = [(planes[:, :, :-1], planes[:, :, 1:]), (planes[:, :-1], planes[:, 1:])]
-    one, other = (np.concatenate([each.reshape(-1) for each in side]) for side in zip(*pairs, strict=True))
-    within = (one != levels[0]) & (other != levels[0])
-    differs = one != other
-    if not within.any():
-        return 0
+    beside = values[1::step]
+    pairs = [(planes[:, :, :-1], planes[:, :, 1:]), (planes[:, :-1], planes[:, 1:]), (planes[: len(beside)], beside)]
+    return int(levels.size) if _in_patches(levels, pairs) else 0
+
+
+def _in_patches(levels: NDArray[np.float64], pairs: list[tuple[NDArray, NDArray]]) -> bool:
+    """Return True if neighbours along each axis are mostly alike, and others not mostly of neighbouring levels.
+
+    Neighbours of which one is of the lowest level, the background, have no say in the first.
+    """
     alike = _ALIKE if levels.size > _FEW_LEVELS else _ALIKE_OF_FEW if levels.size > 2 else 0.0
-    if (within & ~differs).sum() < alike * within.sum():
-        return 0
-    if levels.size > _FEW_LEVELS:
+    all_within = all_alike = borders = far = 0
+    for one, other in pairs:
+        within = (one != levels[0]) & (other != levels[0])
+        differs = one != other
+        same, count = int((within & ~differs).sum()), int(within.sum())
+        if same < _ALONG_AN_AXIS * alike * count:
+            return False
+        all_within, all_alike = all_within + count, all_alike + same
         ranks = [np.searchsorted(levels, side[differs]) for side in (one, other)]
-        if (np.abs(ranks[0] - ranks[1]) > 1).sum() < _FAR_APART * differs.sum():
-            return 0
-    return int(levels.size)
+        borders, far = borders + ranks[0].size, far + int((np.abs(ranks[0] - ranks[1]) > 1).sum())
+    if not all_within or all_alike < alike * all_within:
+        return False
+    return levels.size <= _FEW_LEVELS or far >= _FAR_APART * borders
 
 
 def _has_two_signs(volume: Volume, samples: NDArray[np.float64]) -> bool:
