@@ -23,7 +23,7 @@ from texvol.slicing.slabs import slabs_crossed_about
 from texvol.util.errors import InputError
 
 LIMIT = 1 / 64  # of the largest error of a linear picture
-_SAFETY = 1.25  # of the estimate against that by another classification, which `Renderer.stats` has
+_SAFETY = 1.5  # of the estimate against that by another classification, which `Renderer.stats` has
 _MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of two cores, with empty space and light
 _MOST_IN_PARTS = 1e8  # of a volume that is read in parts
 _FINEST, _IN_PARTS = 16, 4
