@@ -88,20 +88,8 @@ def test_device_options_reach_the_renderer(folder: Path) -> None:
         "everywhere": ["--no-skip-empty"],
         "skipped": ["--skip-empty"],
     }.items():
-        line = [
-            "block.npy",
-            "--tf",
-            "block.json",
-            "--fit",
-            "box",
-            "--size",
-            "40x40",
-            *options,
-            "-o",
-            "a.exr",
-            "--stats",
-            "s.json",
-        ]
+        scene = ["--tf", "block.json", "--fit", "box", "--sampling-rate", "1", "--size", "40x40"]
+        line = ["block.npy", *scene, *options, "-o", "a.exr", "--stats", "s.json"]
         assert run("render", *line) == 0
         stats[name], pictures[name] = json.loads(Path("s.json").read_text()), image.read("a.exr")
     assert stats["default"]["bricks_total"] == 1 < stats["bricks"]["bricks_total"]
