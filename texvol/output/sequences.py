@@ -108,8 +108,9 @@ def draw_frames(
 ) -> dict[str, Any]:
     """Draw and write all pictures; return their entries for `--stats`."""
     start = after_first = time.perf_counter()
+    rate = fps or film.default_rate(frames.count)
     with (
-        film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
+        film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
         status_line() as show,
         closing(renderer.frames(frames.scenes, size, count=frames.count, views=frames.views, **accuracy)) as drawn,
     ):

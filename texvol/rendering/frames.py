@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Classification, Scene
 
 
@@ -104,4 +105,6 @@ def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Ke
         kept |= {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
         kept |= {name: renderer.settings[name] for name in names}
         estimate = {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
+    elif accuracy.get("sampling_rate") is None and not isinstance(drawn.volume, LargeVolume):
+        kept["slab_thickness"] = renderer.settings["slab_thickness"]
     return Kept(accuracy | kept, drawn.classification, renderer.attributes, estimate)

@@ -9,7 +9,7 @@ from texvol.util.errors import check_type
 
 
 def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str | None = None) -> Scene:
-    """Return `in_parts_or_memory` of a scene that a picture of the size can show.
+    """Return `in_parts_or_memory` of a scene, with its look, that a picture of the size can show.
 
     Raises
     ------
@@ -18,7 +18,7 @@ def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str 
     """
     check_type("scene", scene, Scene)
     scene.check_for(size)
-    return in_parts_or_memory(scene, texture_refinement)
+    return in_parts_or_memory(scene.looked, texture_refinement)
 
 
 def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None) -> Scene:

@@ -26,12 +26,14 @@ from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
 from texvol.scene.large_volume import LargeVolume, Level
+from texvol.scene.looks import EXPOSED
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.regions import Region
 from texvol.util.errors import InputError
 
+_MOST_LIT = 3e7  # samples of a level whose gradients take a second or two
 _NODES = 4096  # values at which a transfer function is looked at
 Numbers = NDArray[np.float64]
 
@@ -89,6 +91,8 @@ def with_levels(
         return replace(settings, level_error=level_error)
     given = asked.slabs is not None and asked.max_error is None
     number = settled_level(scene, size, level, settings.slab_thickness if given else None)
+    if level == "auto" and asked.slabs is None:
+        number = _sooner(scene, size, volume, number)
     thickness = settings.slab_thickness
     if asked.slabs is None:
         thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
@@ -97,6 +101,19 @@ def with_levels(
         coarser = number == settled_level(scene, size, level, None)
     thickness = min(thickness, 2 * volume.radius)
     return replace(settings, level=number, coarser_by_pixels=coarser or None, slab_thickness=thickness)
+
+
+def _sooner(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, number: int) -> int:
+    """Return a level for a first picture: in the light of a look, gradients of all fine samples would take seconds.
+
+    Samples of the level are at most two pixels apart. A scene with a light of its own stays as it is.
+    """
+    if scene.lighting != EXPOSED or number + 1 >= len(volume.levels):
+        return number
+    samples = float(np.prod(volume.levels[number].source.shape, dtype=float))
+    whole = Region((0, 0, 0), (0, 0, 0), volume.dimensions)
+    coarsest = _level_of(volume, 2 * _pixel_distance(scene, size, volume, whole))
+    return min(number + 1, max(coarsest, number)) if samples > _MOST_LIT else number
 
 
 def with_levels_told(
