@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
-from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
+from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
 from texvol.rendering.streaming.visibility import region_shows, shown_box
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
@@ -29,6 +28,7 @@ class Drawn:
     hidden: int = 0  # behind opaque matter, and not read
     empty: int = 0  # known to show nothing, and not read
     by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
+    moved: float | None = None  # by coarse levels at most, as predicted, where an error decides them
 
 
 class RegionsOfPicture:
@@ -36,6 +36,7 @@ class RegionsOfPicture:
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
         self.levels: dict[Region, int] = {}
+        self._at: dict[Triple, Region] = {}  # shown regions
         self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
@@ -50,22 +51,21 @@ class RegionsOfPicture:
             for region in regions
             if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
         ]
-        drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
-        self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
-        if self._predicted is None and error is None:
+        drawn = Drawn(len(regions), empty=len(regions) - len(shown))
+        error = self.settings.level_error
+        if error is None:
             found = levels_by_pixels(self.scene, self.size, self.settings, self.volume, shown)
             self.levels |= dict(zip(shown, found, strict=True))
-        self._numbers = {region: number for number, region in enumerate(shown)}
+        elif not self.levels.keys() >= set(shown):
+            by_error = levels_by_error(self.scene, self.size, self.volume, shown, error)
+            # Those that are known stay, so that pictures can be compared.
+            self.levels.update(dict(zip(shown, by_error.levels, strict=True)) | self.levels)
+        self._at = {region.position: region for region in shown}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
-        at = {region.position: region for region in shown}
-        return [at[brick.position] for brick in ordered], drawn
+        return [self._at[brick.position] for brick in ordered], drawn
 
-    def level(self, region: Region, seen: Callable[[], float]) -> int:
-        """Return the level of a region, of which at most a fraction `seen()` is seen; it stays what it was before."""
-        if region not in self.levels:
-            predicted = self._predicted
-            of_error = predicted.level(self._numbers[region], seen()) if predicted is not None else None
-            self.levels[region] = self.settings.level if of_error is None else of_error
+    def level(self, region: Region) -> int:
+        """Return the level of a region that is shown."""
         return self.levels[region]
 
     def brick(self, region: Region, level: int) -> Brick:
@@ -74,12 +74,21 @@ class RegionsOfPicture:
         shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
         if shown is not None:
             shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
+        if level == 0 and self.settings.level_error is not None:
+            ends = self._ends_at_coarse(region)
+            shown = ends if shown is None else np.array([np.maximum(ends[0], shown[0]), np.minimum(ends[1], shown[1])])
         return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
 
-    @property
-    def knows_levels(self) -> bool:
-        """True if no level depends on what has been drawn before."""
-        return self.settings.level_error is None
+    def _ends_at_coarse(self, region: Region) -> NDArray[np.float64]:
+        """Return the samples that a region of the finest level may read: none of neighbours of coarse levels."""
+        ends = np.array([[-np.inf] * 3, [np.inf] * 3])
+        for axis in range(3):
+            for side, own in ((0, region.first), (1, region.last)):
+                position = tuple(at + (2 * side - 1) * (axis == n) for n, at in enumerate(region.position))
+                neighbour = self._at.get(position)  # type: ignore[call-overload]
+                if neighbour is not None and self.levels.get(neighbour):
+                    ends[side, axis] = own[axis]
+        return ends
 
     def shown_samples(self, first: Triple, last: Triple) -> NDArray[np.float64] | None:
         """Return the box of chunks that show anything from one sample of level 0 to another: see `shown_box`."""

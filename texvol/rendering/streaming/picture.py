@@ -129,10 +129,9 @@ class StreamedPictures:
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
         cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
-        # Where an error decides levels these are known when the parts before have been drawn.
-        bricks = [picture.brick(each, picture.level(each, lambda: 1.0)) for each in order if picture.knows_levels]
+        bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
-        screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)
+        screen = Screen(picture.scene, size, drawing.least_transmittance)
         try:
             with cache.counted():
                 self._draw_all(order, screen, ahead, picture)

@@ -91,7 +91,7 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
     picture = RegionsOfPicture(scene, size, settings, volume)
     regions = regions_of_level(volume, settings.level)
     order, drawn = picture.in_order(regions)
-    levels = [picture.level(region, lambda: 1.0) for region in order]
+    levels = [picture.level(region) for region in order]
     numbered = list(enumerate(volume.levels))
     needed = [needed_chunks(picture.scene, volume, number, picture.beyond) for number, _ in numbered]
     chunks = [np.zeros(-(-np.array(level.source.shape) // level.source.chunk_shape), np.bool_) for _, level in numbered]
