@@ -241,7 +241,7 @@ class LargeVolume(Volume):
         base = self.levels[number]
         factor, first = np.array(base.factor), np.array(base.first)
         other = copy(self)
-        for derived in (*OF_PLACE, "overview", "whole", "value_range", "has_missing", "finite_range"):
+        for derived in (*OF_PLACE, "overview", "_overview_level", "whole", "value_range", "has_missing", "finite_range"):
             other.__dict__.pop(derived, None)
         other.levels = tuple(
             replace(
@@ -260,15 +260,25 @@ class LargeVolume(Volume):
     @cached_property
     def overview(self) -> Volume:
         """A coarse level of at most two million samples, in memory; or that many of the middle of the coarsest."""
-        sizes = [np.prod(level.source.shape, dtype=float) for level in self.levels]
-        fitting = [n for n, size in enumerate(sizes) if size <= _LOOKED_AT and (n > 0 or len(sizes) == 1)]
-        number = fitting[0] if fitting else len(self.levels) - 1
+        number = self._overview_level
         dimensions = np.array(self.levels[number].source.shape[::-1])
         most = dimensions.copy()
         while np.prod(most, dtype=float) > _LOOKED_AT:
             most[most.argmax()] = (most.max() + 1) // 2
         first = (dimensions - most) // 2
         return self.part(number, _triple_of(first), _triple_of(first + most))
+
+    @property
+    def level_in_memory(self) -> int | None:
+        """The level of which the overview holds all samples; None if that is none."""
+        number = self._overview_level
+        return number if np.prod(self.levels[number].source.shape, dtype=float) <= _LOOKED_AT else None
+
+    @cached_property
+    def _overview_level(self) -> int:
+        sizes = [np.prod(level.source.shape, dtype=float) for level in self.levels]
+        fitting = [n for n, size in enumerate(sizes) if size <= _LOOKED_AT and (n > 0 or len(sizes) == 1)]
+        return fitting[0] if fitting else len(self.levels) - 1
 
     @cached_property
     def value_range(self) -> tuple[float, float] | None:

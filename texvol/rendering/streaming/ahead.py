@@ -80,7 +80,7 @@ class PartsAhead:
     def known(self, pending: PendingPart, picture: PictureOfParts) -> Part | None:
         """Return the part if it is on the device."""
         return self._parts.known(
-            pending.brick, picture.texels(pending.brick.level), picture.scene.classification, picture.view
+            pending.brick, picture.texels(pending.brick), picture.scene.classification, picture.view
         )
 
     def part(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
@@ -104,7 +104,7 @@ class PartsAhead:
             prepared = pending.prepared.result()
             if start is not None:
                 self._cache.reading.seconds_waited += perf_counter() - start
-            texels = picture.texels(pending.brick.level)
+            texels = picture.texels(pending.brick)
             view = picture.view if pending.assembly.has_holes else ""
             return self._parts.added(pending.brick, texels, prepared, everything, view)
         finally:
@@ -125,7 +125,8 @@ class PartsAhead:
         return True
 
     def _prepared(self, assembly: Assembly, picture: PictureOfParts, brick: Brick) -> Prepared:
-        volume = picture.volume.placed(assembly.level, assembly.first, assembly.values())
+        values = picture.continued(brick, assembly.values())
+        volume = picture.volume.placed(assembly.level, assembly.first, values)
         return picture.prepared(volume, brick)
 
     def _pass_by(self, region: Region, picture: PictureOfParts) -> None:

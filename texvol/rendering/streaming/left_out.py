@@ -42,9 +42,8 @@ class Guide:
     @classmethod
     def of(cls, volume: LargeVolume, function: Smoothed) -> Guide | None:
         """Return the guide that has been read for an overview; None if that is no coarse level, or not all of one."""
-        shape = volume.overview.values.shape
-        found = [n for n, level in enumerate(volume.levels) if n and level.source.shape == shape]
-        return cls(volume, found[0], volume.overview, function) if found else None
+        number = volume.level_in_memory
+        return cls(volume, number, volume.overview, function) if number else None
 
     @cached_property
     def means(self) -> Floats:

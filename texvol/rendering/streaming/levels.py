@@ -154,7 +154,7 @@ def levels_by_error(
     rays = Sensitivity(scene, size, guide, regions)
     groups = _regions_of_chunks(volume, regions)
     moved = []
-    for level in range(1, len(volume.levels)):
+    for level in range(1, guide.number + 1):  # coarser ones would have to be read
         variance = rays.variance(level)
         variance[:, [not covers(volume.levels[level], region) for region in regions] | rays.missed] = np.inf
         moved.append(np.stack([variance[:, group].sum(axis=1) for group in groups], axis=1))

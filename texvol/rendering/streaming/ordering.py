@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
-from texvol.rendering.streaming.visibility import region_shows, shown_box
-from texvol.scene.large_volume import LargeVolume
+from texvol.rendering.streaming.visibility import needed_chunks, region_shows, shown_box
+from texvol.scene.large_volume import Box, LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
 from texvol.slicing.bricks import Brick, Triple
@@ -74,21 +75,53 @@ class RegionsOfPicture:
         shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
         if shown is not None:
             shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
-        if level == 0 and self.settings.level_error is not None:
-            ends = self._ends_at_coarse(region)
-            shown = ends if shown is None else np.array([np.maximum(ends[0], shown[0]), np.minimum(ends[1], shown[1])])
         return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
 
-    def _ends_at_coarse(self, region: Region) -> NDArray[np.float64]:
-        """Return the samples that a region of the finest level may read: none of neighbours of coarse levels."""
-        ends = np.array([[-np.inf] * 3, [np.inf] * 3])
-        for axis in range(3):
-            for side, own in ((0, region.first), (1, region.last)):
-                position = tuple(at + (2 * side - 1) * (axis == n) for n, at in enumerate(region.position))
-                neighbour = self._at.get(position)  # type: ignore[call-overload]
-                if neighbour is not None and self.levels.get(neighbour):
-                    ends[side, axis] = own[axis]
-        return ends
+    def needed(self, number: int) -> NDArray[np.bool_] | None:
+        """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known."""
+        needed = needed_chunks(self.scene, self.volume, number, self.beyond)
+        coarse = None if number else self._of_coarse
+        if coarse is None:
+            return needed
+        return ~coarse if needed is None else needed & ~coarse
+
+    @cached_property
+    def _of_coarse(self) -> NDArray[np.bool_] | None:
+        """Chunks of level 0 that only regions of coarse levels show; None if levels do not depend on an error."""
+        if self.settings.level_error is None:
+            return None
+        source = self.volume.levels[0].source
+        coarse = np.zeros([-(-n // c) for n, c in zip(source.shape, source.chunk_shape, strict=True)], np.bool_)
+        for region in sorted(self._at.values(), key=lambda each: self.levels[each], reverse=True):
+            coarse[_chunks(region.first, region.last, source.chunk_shape)] = self.levels[region] > 0
+        return coarse
+
+    def left_to_coarse(self, brick: Brick) -> tuple[Box, ...]:
+        """Return the boxes of samples, along z, y, x, in which a brick of the finest level continues beyond itself.
+
+        They are in chunks that only coarse levels show, and that are not read.
+        """
+        coarse = None if brick.level else self._of_coarse
+        if coarse is None:
+            return ()
+        shape = self.volume.levels[0].source.chunk_shape
+        where = _chunks(brick.stored_first, brick.stored_last, shape)
+        places = np.argwhere(coarse[where]) + [part.start for part in where]
+        ends = list(zip(brick.stored_first[::-1], brick.stored_last[::-1], shape, strict=True))
+        return tuple(
+            tuple(slice(max(i * n, a), min((i + 1) * n, b)) for i, (a, b, n) in zip(place, ends, strict=True))
+            for place in places.tolist()
+        )  # type: ignore[return-value]
+
+    def continued(self, brick: Brick, values: NDArray) -> NDArray:
+        """Return a part's samples with its outermost ones in place of those that are left to coarse levels."""
+        start = np.array(brick.stored_first[::-1])
+        own = [(a, b - 1) for a, b in zip(brick.first[::-1], brick.last[::-1], strict=True)]
+        for box in self.left_to_coarse(brick):
+            nearest = (np.clip(np.arange(part.start, part.stop), *ends) for part, ends in zip(box, own, strict=True))
+            into = tuple(slice(part.start - a, part.stop - a) for part, a in zip(box, start, strict=True))
+            values[into] = values[np.ix_(*(each - a for each, a in zip(nearest, start, strict=True)))]
+        return values
 
     def shown_samples(self, first: Triple, last: Triple) -> NDArray[np.float64] | None:
         """Return the box of chunks that show anything from one sample of level 0 to another: see `shown_box`."""
@@ -96,6 +129,12 @@ class RegionsOfPicture:
             reach = np.ceil(self.margin).astype(int)
             self._shown[first, last] = shown_box(self.scene, self.volume, first - reach, last + reach)
         return self._shown[first, last]
+
+
+def _chunks(first: Triple, last: Triple, shape: Triple) -> Box:
+    """Return the chunks, along z, y, x, that hold the samples first … last - 1, along x, y, z."""
+    z, y, x = (slice(a // n, -(-b // n)) for a, b, n in zip(first[::-1], last[::-1], shape, strict=True))
+    return z, y, x
 
 
 def with_settled_light(scene: CompleteScene) -> CompleteScene:

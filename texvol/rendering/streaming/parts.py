@@ -90,16 +90,17 @@ class PictureOfParts(RegionsOfPicture):
             f"{drawing.view.slab_thickness} {drawing.least_transmittance} {self.settings.level_error}"
         )
 
-    def texels(self, level: int) -> tuple[Any, ...]:
-        """Return what the texels of a level are made of."""
+    def texels(self, brick: Brick) -> tuple[Any, ...]:
+        """Return what the texels of a brick are made of."""
         scene = self.scene
         light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
+        level = brick.level
         if level and self._has_distributions:
             kind = "distributions"
         else:
             kind = "values" if self._is_exact else scene.classification
-        return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level}", *light)
+        return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level} {self.left_to_coarse(brick)}", *light)
 
     def prepared(self, volume: Volume, brick: Brick) -> Prepared:
         """Return what a part's textures are made from; any thread may do that, without the context."""

@@ -28,7 +28,7 @@ from texvol.rendering.streaming.ahead import PartsAhead
 from texvol.rendering.streaming.ordering import Drawn
 from texvol.rendering.streaming.parts import PictureOfParts
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import Screen, needed_chunks
+from texvol.rendering.streaming.visibility import Screen
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.regions import Region, regions_of_level
@@ -128,7 +128,7 @@ class StreamedPictures:
         order, self.drawn = picture.in_order(regions)
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
-        cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
+        cache.need([picture.needed(number) for number in numbers])
         bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
         screen = Screen(picture.scene, size, drawing.least_transmittance)

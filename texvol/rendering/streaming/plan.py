@@ -13,7 +13,6 @@ from texvol.rendering.settings import Settings, checked
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
-from texvol.rendering.streaming.visibility import needed_chunks
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.regions import regions_of_level
@@ -93,7 +92,7 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
     order, drawn = picture.in_order(regions)
     levels = [picture.level(region) for region in order]
     numbered = list(enumerate(volume.levels))
-    needed = [needed_chunks(picture.scene, volume, number, picture.beyond) for number, _ in numbered]
+    needed = [picture.needed(number) for number, _ in numbered]
     chunks = [np.zeros(-(-np.array(level.source.shape) // level.source.chunk_shape), np.bool_) for _, level in numbered]
     least = 0
     for region, number in zip(order, levels, strict=True):
