@@ -28,6 +28,7 @@ from texvol.util.remarks import Noted, make_at_end
 
 Triple = tuple[int, int, int]
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
+_DERIVED = *OF_PLACE, "overview", "_overview_level", "whole", "value_range", "has_missing", "finite_range"
 _LOOKED_AT = 1 << 21  # samples that are read to know what values there are
 
 
@@ -241,7 +242,7 @@ class LargeVolume(Volume):
         base = self.levels[number]
         factor, first = np.array(base.factor), np.array(base.first)
         other = copy(self)
-        for derived in (*OF_PLACE, "overview", "_overview_level", "whole", "value_range", "has_missing", "finite_range"):
+        for derived in _DERIVED:
             other.__dict__.pop(derived, None)
         other.levels = tuple(
             replace(

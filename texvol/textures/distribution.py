@@ -67,7 +67,7 @@ class Smoothed:
 
     @cached_property
     def medium(self) -> Numbers:
-        """Emission and extinction of the table's values, which go from one of `ends` to the other, shape (values, 4)."""
+        """Emission and extinction of values from one of `ends` to the other, shape (values, 4)."""
         emission, extinction = self._function.classify(np.linspace(*self.ends, NODES))
         opaque = extinction > self._opaque
         glow = np.where(np.isinf(extinction), emission.T, emission.T / np.where(extinction > 0, extinction, 1.0)).T
@@ -89,12 +89,9 @@ class Smoothed:
         return np.array(table).astype(np.float32)
 
     def row_of(self, variances: Floats) -> Floats:
-        """Return the rows of variances, between those of the table too."""
-        return np.asarray((ROWS - 1) * np.sqrt(np.minimum(np.sqrt(variances) / (_WIDEST * self.range), 1.0)), np.float32)
-
-    def deviations(self, stored: NDArray[np.uint16]) -> Floats:
-        """Return the deviations that stored rows stand for, data units."""
-        return (stored / np.float32(_STORED)) ** 2 * np.float32(_WIDEST * self.range)
+        """Return the rows, between those of the table too, of variances in squares of the range."""
+        widths = np.minimum(np.sqrt(variances) / np.float32(_WIDEST), 1)
+        return np.asarray((ROWS - 1) * np.sqrt(widths), np.float32)
 
     def stored(self, variances: Floats, unit: float) -> NDArray[np.uint16]:
         """Return the rows of variances in squares of a unit (of data), 65535 for the last row; none is beyond it."""

@@ -14,8 +14,9 @@ well as it brings b back.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +27,43 @@ from texvol.textures.distribution import Smoothed
 
 Numbers = NDArray[np.float64]
 Floats = NDArray[np.float32]
+Integers = NDArray[np.intp]
 _LINEAR = 4.0  # times the variance of a linear function within samples twice as long
 _LEAST_GROWTH, _MOST_GROWTH = 0.125, 4.0  # of noise without any structure, and of linear functions
+_GROWTHS = 64  # that are tried
+_HALVED = (2.0, 2.0, 2.0)
+
+
+@dataclass(frozen=True)
+class Runs:
+    """Runs of samples along an axis: where each begins, and how many samples it has."""
+
+    starts: Integers
+    counts: Integers
+
+    @classmethod
+    def of(cls, starts: Integers, samples: int) -> Runs:
+        """Return the runs that begin at some samples, of so many in all."""
+        return cls(starts, np.diff(starts, append=samples))
+
+    @property
+    def middles(self) -> Numbers:
+        """Middle of each, in samples."""
+        return self.starts + (self.counts - 1) / 2
 
 
 @dataclass(frozen=True)
 class Guide:
-    """A level of a large volume in memory, whose samples stand for distributions of values."""
+    """A level of a large volume in memory, whose samples stand for distributions of values.
+
+    Values are fractions of the range of the transfer function, and variances squares of such.
+    """
 
     volume: LargeVolume
     number: int
     samples: Volume
     function: Smoothed
+    _known: dict[int, tuple[Floats, Floats]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, volume: LargeVolume, function: Smoothed) -> Guide | None:
@@ -47,32 +73,28 @@ class Guide:
 
     @cached_property
     def means(self) -> Floats:
-        """Values of its samples, shape (nz, ny, nx); the least one where none is known."""
+        """Values of its samples above the table's least, shape (nz, ny, nx); what is missing is like the least."""
         low, high = self.function.ends
-        values = self.samples.values.astype(np.float32)
-        return np.clip(np.nan_to_num(values, nan=low, posinf=high, neginf=low), low, high)
+        values = np.nan_to_num(self.samples.values.astype(np.float64), nan=low, posinf=high, neginf=low)
+        return ((np.clip(values, low, high) - low) / self.function.range).astype(np.float32)
 
     @cached_property
     def below(self) -> Floats:
         """Variance of the values that each sample stands for: what chunks vary more than the guide does in them."""
-        statistics, level = self.volume.levels[0].statistics, self.volume.levels[self.number]
+        statistics = self.volume.levels[0].statistics
         assert statistics is not None
-        chunks: list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]] = []
-        for axis, (length, count) in enumerate(zip(statistics.chunk_shape, statistics.variance.shape, strict=True)):
-            at = level.first[2 - axis] + level.factor[2 - axis] * np.arange(self.means.shape[axis])
-            number = np.clip(np.floor((at + 0.5) / length), 0, count - 1).astype(np.intp)
-            starts = np.flatnonzero(np.diff(number, prepend=-1))
-            chunks.append((number[starts], starts, np.diff(starts, append=len(number))))
-        numbers, starts, counts = ([each[k] for each in chunks] for k in range(3))
+        numbers, chunks = self._chunks(statistics.chunk_shape, statistics.variance.shape)
+        where, unit = np.ix_(*numbers), self.function.range
+        with np.errstate(over="ignore", invalid="ignore"):
+            variances = np.nan_to_num(statistics.variance[where] / unit / unit)
+            most = np.nan_to_num(((statistics.maximum[where] - statistics.minimum[where]) / unit) ** 2 / 4)
+        varies = _means(self.means**2, chunks) - _means(self.means, chunks) ** 2
+        lost = np.maximum(variances - varies, 0)
+        # Shared out by how much the guide varies from sample to sample.
         above, _ = self._averaged(self.number + 1)
-        where = np.ix_(*numbers)
-        means = self.means - self.means.mean(dtype=np.float64)
-        varies = _means(means**2, starts, counts) - _means(means, starts, counts) ** 2
-        lost = np.maximum(np.nan_to_num(statistics.variance[where]) - varies, 0)
-        of_chunks = _means(above, starts, counts)
+        of_chunks = _means(above, chunks)
         share = np.divide(lost, of_chunks, out=np.zeros_like(lost), where=of_chunks > 0)
-        most = np.nan_to_num((statistics.maximum[where] - statistics.minimum[where]) ** 2 / 4)
-        shared = np.minimum(above * _repeated(share, counts), _repeated(most, counts))
+        shared = np.minimum(above * _repeated(share, chunks), _repeated(most, chunks))
         return np.asarray(np.maximum(shared, above / _LINEAR), np.float32)
 
     def left_out(self, number: int) -> Floats:
@@ -80,63 +102,65 @@ class Guide:
         above, beside = self._averaged(self.number + 1)
         kept = np.divide(beside, above, out=np.ones_like(above), where=above > 0)
         linear = np.minimum(self.below, above / _LINEAR)
-        unknown = np.minimum(kept, 1.0) * linear + (self.below - linear)
+        unknown = np.minimum(kept, 1) * linear + (self.below - linear)
         if number < self.number:
-            return unknown * self._fractions(number, above)
-        return unknown if number == self.number else unknown + self._averaged(number)[1]
+            return np.asarray(unknown * self._fractions(number, above), np.float32)
+        return np.asarray(unknown if number == self.number else unknown + self._averaged(number)[1], np.float32)
 
-    def _fractions(self, number: int, above: Floats) -> Floats:
+    def _chunks(self, shape: tuple[int, ...], count: tuple[int, ...]) -> tuple[list[Integers], list[Runs]]:
+        """Return the numbers of the chunks of level 0 along z, y, x, and the samples that lie in each."""
+        level, numbers, chunks = self.volume.levels[self.number], [], []
+        for axis, samples in enumerate(self.means.shape):
+            at = level.first[2 - axis] + level.factor[2 - axis] * np.arange(samples)
+            number = np.clip(np.floor((at + 0.5) / shape[axis]), 0, count[axis] - 1).astype(np.intp)
+            chunks.append(Runs.of(np.flatnonzero(np.diff(number, prepend=-1)), samples))
+            numbers.append(number[chunks[-1].starts])
+        return numbers, chunks
+
+    def _fractions(self, number: int, above: Floats) -> Numbers:
         """Return which fraction of the variance below the guide a finer level leaves out."""
-        growths = np.geomspace(_LEAST_GROWTH, _MOST_GROWTH, 64)
-        sums = np.array([(growths**k) for k in range(self.number)]).cumsum(axis=0)
-        ratios = growths**self.number / sums[-1]
-        found = np.divide(above, self.below, out=np.full_like(above, np.inf), where=self.below > 0)
-        return np.interp(found, ratios, sums[number - 1] / sums[-1]).astype(np.float32)
+        growths = np.geomspace(_LEAST_GROWTH, _MOST_GROWTH, _GROWTHS)
+        sums = np.array([growths**k for k in range(self.number)]).cumsum(axis=0)
+        beside_all = np.divide(above, self.below, out=np.full_like(above, np.inf), where=self.below > 0)
+        return np.interp(beside_all, growths**self.number / sums[-1], sums[number - 1] / sums[-1])
 
     def _averaged(self, number: int) -> tuple[Floats, Floats]:
         """Return what the guide varies within samples of a coarser level, and beside values between these."""
         if number not in self._known:
-            finest = np.array(self.volume.levels[self.number].factor)
-            if number < len(self.volume.levels):
-                factor = np.maximum(np.rint(np.array(self.volume.levels[number].factor) / finest), 1).astype(int)
-            else:
-                factor = np.array([2, 2, 2])
-            means, starts = self.means, []
-            counts = []
-            for axis, step in enumerate(factor[::-1]):
-                starts.append(np.arange(0, means.shape[axis], step))
-                counts.append(np.diff(starts[-1], append=means.shape[axis]))
-            coarse = _means(self.means, starts, counts)
-            interpolated = coarse
-            for axis, (start, count) in enumerate(zip(starts, counts, strict=True)):
-                interpolated = _between(interpolated, axis, start + (count - 1) / 2, means.shape[axis])
-            within = _means((means - means.mean()) ** 2, starts, counts) - (coarse - means.mean()) ** 2
-            beside = _means((means - interpolated) ** 2, starts, counts)
-            self._known[number] = _repeated(np.maximum(within, 0), counts), _repeated(beside, counts)
+            own, levels = np.array(self.volume.levels[self.number].factor), self.volume.levels
+            factor = np.array(levels[number].factor) / own if number < len(levels) else np.array(_HALVED)
+            steps = np.maximum(np.rint(factor), 1).astype(int)[::-1]
+            shape = self.means.shape
+            runs = [Runs.of(np.arange(0, n, step), n) for n, step in zip(shape, steps, strict=True)]
+            coarse = _means(self.means, runs)
+            between = coarse
+            for axis, (run, count) in enumerate(zip(runs, shape, strict=True)):
+                between = _between(between, axis, run.middles, count)
+            within = np.maximum(_means(self.means**2, runs) - coarse**2, 0)
+            beside = _means((self.means - between) ** 2, runs)
+            self._known[number] = _repeated(within, runs), _repeated(beside, runs)
         return self._known[number]
 
-    @cached_property
-    def _known(self) -> dict[int, tuple[Floats, Floats]]:
-        return {}
 
-
-def _means(values: Floats, starts: list[NDArray], counts: list[NDArray]) -> Numbers:
-    for axis, (start, count) in enumerate(zip(starts, counts, strict=True)):
+def _means(values: NDArray[Any], runs: list[Runs]) -> Numbers:
+    found: Numbers = values.astype(np.float64)
+    for axis, run in enumerate(runs):
         shape = [-1 if each == axis else 1 for each in range(3)]
-        values = np.add.reduceat(values, start, axis=axis, dtype=np.float64) / count.reshape(shape)
-    return values
+        found = np.add.reduceat(found, run.starts, axis=axis) / run.counts.reshape(shape)
+    return found
 
 
-def _repeated(values: Floats, counts: list[NDArray]) -> Floats:
-    for axis, count in enumerate(counts):
-        values = np.repeat(values, count, axis=axis)
-    return values
+def _repeated(values: Numbers, runs: list[Runs]) -> Floats:
+    found = values.astype(np.float32)
+    for axis, run in enumerate(runs):
+        found = np.repeat(found, run.counts, axis=axis)
+    return found
 
 
-def _between(values: Floats, axis: int, places: Numbers, count: int) -> Floats:
+def _between(values: Numbers, axis: int, places: Numbers, count: int) -> Numbers:
     """Return values at places along an axis interpolated at 0, 1, … count - 1."""
     at = np.interp(np.arange(count), places, np.arange(len(places)))
     low = np.minimum(at.astype(int), max(len(places) - 2, 0))
     high = np.minimum(low + 1, len(places) - 1)
-    part = (at - low).astype(np.float32).reshape([-1 if each == axis else 1 for each in range(3)])
-    return (1 - part) * np.take(values, low, axis) + part * np.take(values, high, axis)
+    part = (at - low).reshape([-1 if each == axis else 1 for each in range(3)])
+    return np.asarray((1 - part) * np.take(values, low, axis) + part * np.take(values, high, axis))

@@ -32,11 +32,19 @@ class Drawn:
     moved: float | None = None  # by coarse levels at most, as predicted, where an error decides them
 
 
+@dataclass
+class KnownLevels:
+    """Levels of regions, and how far they are predicted to move the picture, where an error decides them."""
+
+    of_regions: dict[Region, int] = field(default_factory=dict)
+    moved: float | None = None
+
+
 class RegionsOfPicture:
     """Regions that a picture shows, in order, and their levels."""
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
-        self.levels: dict[Region, int] = {}
+        self.levels = KnownLevels()
         self._at: dict[Triple, Region] = {}  # shown regions
         self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
@@ -56,18 +64,21 @@ class RegionsOfPicture:
         error = self.settings.level_error
         if error is None:
             found = levels_by_pixels(self.scene, self.size, self.settings, self.volume, shown)
-            self.levels |= dict(zip(shown, found, strict=True))
-        elif not self.levels.keys() >= set(shown):
+            self.levels.of_regions |= dict(zip(shown, found, strict=True))
+        elif not self.levels.of_regions.keys() >= set(shown) or self.levels.moved is None:
             by_error = levels_by_error(self.scene, self.size, self.volume, shown, error)
             # Those that are known stay, so that pictures can be compared.
-            self.levels.update(dict(zip(shown, by_error.levels, strict=True)) | self.levels)
+            known = dict(zip(shown, by_error.levels, strict=True)) | self.levels.of_regions
+            self.levels.of_regions.update(known)
+            self.levels.moved = max(by_error.moved, self.levels.moved or 0.0)
+        drawn.moved = self.levels.moved
         self._at = {region.position: region for region in shown}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
         return [self._at[brick.position] for brick in ordered], drawn
 
     def level(self, region: Region) -> int:
         """Return the level of a region that is shown."""
-        return self.levels[region]
+        return self.levels.of_regions[region]
 
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""
@@ -92,8 +103,8 @@ class RegionsOfPicture:
             return None
         source = self.volume.levels[0].source
         coarse = np.zeros([-(-n // c) for n, c in zip(source.shape, source.chunk_shape, strict=True)], np.bool_)
-        for region in sorted(self._at.values(), key=lambda each: self.levels[each], reverse=True):
-            coarse[_chunks(region.first, region.last, source.chunk_shape)] = self.levels[region] > 0
+        for region in sorted(self._at.values(), key=lambda each: self.level(each), reverse=True):
+            coarse[_chunks(region.first, region.last, source.chunk_shape)] = self.level(region) > 0
         return coarse
 
     def left_to_coarse(self, brick: Brick) -> tuple[Box, ...]:
@@ -108,10 +119,11 @@ class RegionsOfPicture:
         where = _chunks(brick.stored_first, brick.stored_last, shape)
         places = np.argwhere(coarse[where]) + [part.start for part in where]
         ends = list(zip(brick.stored_first[::-1], brick.stored_last[::-1], shape, strict=True))
-        return tuple(
-            tuple(slice(max(i * n, a), min((i + 1) * n, b)) for i, (a, b, n) in zip(place, ends, strict=True))
-            for place in places.tolist()
-        )  # type: ignore[return-value]
+        boxes = []
+        for place in places.tolist():
+            z, y, x = (slice(max(i * n, a), min((i + 1) * n, b)) for i, (a, b, n) in zip(place, ends, strict=True))
+            boxes.append((z, y, x))
+        return tuple(boxes)
 
     def continued(self, brick: Brick, values: NDArray) -> NDArray:
         """Return a part's samples with its outermost ones in place of those that are left to coarse levels."""

@@ -95,12 +95,12 @@ class PictureOfParts(RegionsOfPicture):
         scene = self.scene
         light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
-        level = brick.level
-        if level and self._has_distributions:
+        if brick.level and self._has_distributions:
             kind = "distributions"
         else:
             kind = "values" if self._is_exact else scene.classification
-        return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level} {self.left_to_coarse(brick)}", *light)
+        samples = f"{brick.level} {self.left_to_coarse(brick)}"
+        return (self.volume, scene.medium, kind, self.texel_format, thickness, samples, *light)
 
     def prepared(self, volume: Volume, brick: Brick) -> Prepared:
         """Return what a part's textures are made from; any thread may do that, without the context."""

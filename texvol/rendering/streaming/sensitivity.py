@@ -4,9 +4,9 @@ A ray meets intervals of length h, with opacities a and colours C of which the m
 
     I = Σ T_i C_i + T_n · background,    T_i = Π_{j<i} (1 - a_j)
 
-and if an interval is not what it seemed, with B_i what is seen behind it, I moves by T_i (δC_i - δa_i B_i). The values in
-an interval are normal with the variance that a level leaves out, which tells the variance of C_i - a_i B_i. Intervals
-of a coarse sample are off together and others as they like, so along its way through a region a ray moves by
+and if an interval is not what it seemed, with B_i what is seen behind it, I moves by T_i (δC_i - δa_i B_i). The values
+in an interval are normal with the variance that a level leaves out: that is the variance of C_i - a_i B_i. Intervals of
+a coarse sample are off together and others as they like, so along its way through a region a ray moves by
 
     V = Σ T_i² Var(C_i - a_i B_i) l / h + β² (Σ T_i √Var(C_i - a_i B_i))²
 
@@ -114,7 +114,8 @@ class Sensitivity:
         """Return where in the tables the distributions are that intervals have."""
         function, samples = self._guide.function, self._on_rays.samples
         low, high = function.ends
-        column = np.rint((self._guide.means.reshape(-1)[samples] - low) / (high - low) * (NODES - 1)).astype(np.intp)
+        nodes = (NODES - 1) * function.range / (high - low)
+        column = np.rint(self._guide.means.reshape(-1)[samples] * nodes).astype(np.intp)
         row = np.rint(function.row_of(variances.reshape(-1)[samples])).astype(np.intp)
         return np.minimum(row, ROWS - 1) * NODES + column
 
