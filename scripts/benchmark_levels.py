@@ -1,11 +1,11 @@
 """Levels with a known error on random scenes of real volumes: how often it is kept, and what is read for it.
 
-    python scripts/benchmark_levels.py [--scenes 100] [--data FOLDER] [--seed S]
+    python scripts/benchmark_levels.py [--scenes 100] [--data FOLDER] [--seed S] [--seconds N]
 
 The volumes, real ones and made ones, are converted to stores in a temporary folder. For each scene a volume, a
 transfer function (a preset or random points), a camera (near, or so far that the box takes a fifth of the picture)
 and an error E from 0.1 to 0.003 are drawn by lot. The picture with `max_error=E` is held against one of full
-resolution with an error of E/8, so that what is found is off by an eighth of E at most. A view is zoomed out if
+resolution with an error of E/4, so that what is found is off by a quarter of E at most. A view is zoomed out if
 pixels are at least twice as far apart as samples of full resolution, everywhere in the box. Bytes are those that are
 read from the store, statistics aside, over those that the picture of full resolution reads. The constants of the
 prediction were chosen with the volumes of FITTED, and none of these scenes; the others are new to it. Prints
@@ -15,7 +15,9 @@ Markdown.
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
+import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -51,7 +53,7 @@ ERRORS = (0.1, 0.03, 0.01, 0.003)
 PRESETS = ("histogram", "contours", "grey", "fog", "solid", "viridis", "inferno")
 _SIZE = (96, 96)
 _MADE = 256  # samples along the sides of made volumes
-_FINER = 8  # times smaller an error the picture has that others are held against
+_FINER = 4  # times smaller an error the picture has that others are held against
 _LAYOUT = Layout((32, 32, 32), (128, 128, 128))
 _NEAR, _FAR = (0.4, 1.6), (4.0, 8.0)  # height of the picture in radii of the box
 
@@ -177,12 +179,15 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=100)
     parser.add_argument("--data", type=Path, default=default_data(), help="folder of real volumes")
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=math.inf, help="begin no scene after so many")
     arguments = parser.parse_args()
     print(machine())
     found = []
     with tempfile.TemporaryDirectory(prefix="texvol-levels-") as folder, Renderer() as renderer:
-        stores = stores_of(arguments.data, Path(folder))
+        stores, start = stores_of(arguments.data, Path(folder)), time.monotonic()
         for number in range(arguments.scenes):
+            if time.monotonic() - start > arguments.seconds:
+                break
             store, is_new = stores[number % len(stores)]
             found.append(one := measured(renderer, store, is_new, arguments.seed * 10**6 + number))
             if one.reached and one.ratio > 1:

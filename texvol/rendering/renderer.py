@@ -160,7 +160,7 @@ class Renderer:
         coarser_by_pixels : bool, optional
             True if regions farther off have coarser levels where pixels show no more; by default if pixels decide.
         level_error : float, optional
-            Error that levels of regions may have against the finest, by prediction; three quarters of `max_error` by default.
+            Error that levels of regions may have against the finest, by prediction; 3/4 of `max_error` by default.
         views : int
             Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
             of them is no dearer.

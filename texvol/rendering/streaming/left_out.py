@@ -10,6 +10,9 @@ same factor r from each to the next,
 with b that which the next level beyond the guide leaves out. A variance is that of values beside interpolated ones. Of
 a field that is linear from sample to sample all of it is b / 4 below the guide, and interpolation brings that back as
 well as it brings b back.
+
+A step between two samples of the guide varies within none of them. Interpolated it is as long as they lie apart, and
+really as short as a sample of level 0, so that a step of Δ leaves out Δ² / 48 in both: each bends the guide by Δ there.
 """
 
 from __future__ import annotations
@@ -29,6 +32,7 @@ Numbers = NDArray[np.float64]
 Floats = NDArray[np.float32]
 Integers = NDArray[np.intp]
 _LINEAR = 4.0  # times the variance of a linear function within samples twice as long
+_STEP = 48.0  # see above: interpolated between samples it is off by Δ / 4 at most, on either side
 _LEAST_GROWTH, _MOST_GROWTH = 0.125, 4.0  # of noise without any structure, and of linear functions
 _GROWTHS = 64  # that are tried
 _HALVED = (2.0, 2.0, 2.0)
@@ -102,10 +106,32 @@ class Guide:
         above, beside = self._averaged(self.number + 1)
         kept = np.divide(beside, above, out=np.ones_like(above), where=above > 0)
         linear = np.minimum(self.below, above / _LINEAR)
-        unknown = np.minimum(kept, 1) * linear + (self.below - linear)
+        found = np.minimum(kept, 1) * linear + (self.below - linear) + self._of_steps
         if number < self.number:
-            return np.asarray(unknown * self._fractions(number, above), np.float32)
-        return np.asarray(unknown if number == self.number else unknown + self._averaged(number)[1], np.float32)
+            found = found * self._fractions(number, above)
+        elif number > self.number:
+            found = found + self._averaged(number)[1]
+        return np.asarray(found, np.float32)
+
+    def most_left_out(self, number: int) -> Floats:
+        """Return the largest of `left_out` of a sample and those around it, for rays that pass between the worst."""
+        found = self.left_out(number)
+        for axis in range(3):
+            along = np.moveaxis(found, axis, 0)
+            most = along.copy()
+            np.maximum(most[1:], along[:-1], out=most[1:])
+            np.maximum(most[:-1], along[1:], out=most[:-1])
+            found = np.moveaxis(most, 0, axis)
+        return found
+
+    @cached_property
+    def _of_steps(self) -> Floats:
+        """Variance left out by steps between samples, from second differences along all axes."""
+        found = np.zeros_like(self.means)
+        for axis in range(3):
+            along = np.moveaxis(self.means, axis, 0)
+            np.moveaxis(found, axis, 0)[1:-1] += np.diff(along, 2, axis=0) ** 2 / _STEP
+        return found
 
     def _chunks(self, shape: tuple[int, ...], count: tuple[int, ...]) -> tuple[list[Integers], list[Runs]]:
         """Return the numbers of the chunks of level 0 along z, y, x, and the samples that lie in each."""

@@ -147,7 +147,7 @@ class StreamedPictures:
     def _levels_of(self, picture: PictureOfParts) -> KnownLevels:
         """Return the levels that were chosen for the same view by the same error, so that pictures can be compared."""
         scene = picture.scene
-        view = (scene.volume, scene.medium, scene.lighting, f"{scene.camera} {scene.cutting} {scene.classification}")
+        view = (scene.volume, scene.medium, scene.lighting, f"{scene.camera} {scene.cutting}")
         if (error := picture.settings.level_error) is None:
             return KnownLevels()
         if self._known_levels is None or not same(self._known_levels[0], (*view, error)):

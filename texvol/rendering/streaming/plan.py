@@ -53,8 +53,8 @@ class Plan:
         off = f", off by at most {self.level_error:.2g} by prediction" if self.level_error else ""
         return "\n".join(
             [
-                f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}{off}; {self.empty} show nothing), "
-                f"{self.size[0]} x {self.size[1]} pixels, {slabs}",
+                f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}{off}; "
+                f"{self.empty} show nothing), {self.size[0]} x {self.size[1]} pixels, {slabs}",
                 f"reads   at most {self.chunks} chunks, {in_bytes(self.bytes)} of samples (level 0 has "
                 f"{self.chunks_total} chunks, {in_bytes(self.bytes_total)}); less where opaque matter hides them",
                 f"needs   {in_bytes(self.least_memory)} of memory at least, has {in_bytes(self.memory)} for samples",

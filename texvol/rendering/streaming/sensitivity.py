@@ -12,6 +12,9 @@ a coarse sample are off together and others as they like, so along its way throu
 
 where l is the length of a coarse sample. The second term is for what all intervals have in common, if values are
 distributed otherwise. Regions are independent of each other. The picture moves by at most z √(Σ V).
+
+z and β were chosen by 514 pictures of eight real volumes of which one region, or all, is of a coarse level: three moved
+more than that, the farthest by a quarter, and the median moved by 0.23 of it.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ from texvol.textures.halving import ends_in_box
 
 Size = tuple[int, int]
 _RAYS = 48 * 48
-MOST_DEVIATIONS = 3.0  # z
+MOST_DEVIATIONS = 2.25  # z
 _IN_COMMON = 0.4  # β
 _MOST_PIXELS = 1 << 20  # of a picture of which the rays are some
 _MOST_INTERVALS = 512  # on a ray
@@ -77,7 +80,7 @@ class Sensitivity:
     def _variances(self, number: int) -> Numbers:
         """T² Var(C - a B) of each interval, the largest of all channels, if all are of one level."""
         moments = self._moments
-        at = self._places(self._guide.left_out(number))
+        at = self._places(self._guide.most_left_out(number))
         front, behind = self._front_and_behind
         found = np.zeros(at.shape)
         opacity, opacity_2 = (np.take(moments[..., k].reshape(-1), at) for k in (3, 10))
