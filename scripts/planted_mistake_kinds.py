@@ -68,7 +68,7 @@ OF_KINDS = (
     ),
     Mistake(
         *("rendering", "sensitivity:Sensitivity._variances"),
-        *("front**2 * found", "found"),
+        *("front * found", "found"),
         "what is hidden moves a picture",
         "test_level_prediction.py -k 'hidden'",
     ),

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from support.large import large
 
 from texvol import Camera, Renderer, Scene, TransferFunction, Volume
-from texvol.rendering.streaming.left_out import Guide
+from texvol.rendering.streaming.left_out import Guide, most_around
 from texvol.rendering.streaming.levels import _coarsest, levels_by_error
 from texvol.rendering.streaming.plan import plan
 from texvol.rendering.streaming.sensitivity import Sensitivity
@@ -38,7 +38,7 @@ def guide_of(volume: Volume, levels: int = 3) -> Guide:
 
 
 def test_of_noise_all_but_the_variance_of_means_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Means of eight samples have an eighth of the variance, those of 64 a 64th; second differences have six times it."""
+    """Means of 8 samples have an eighth of the variance, those of 64 a 64th; second differences have six times it."""
     deviation, of_steps = 20.0, 3 * 6 / 48
     guide = guide_of(noise(deviation))
     assert guide.number == 1
@@ -55,7 +55,8 @@ def test_rays_beside_the_worst_samples_count_them() -> None:
     values = np.full((64, 64, 64), 50, np.float32)
     values[20:22, 30, 40] = 250
     guide = guide_of(Volume(values))
-    own, most = (each > 0.01 * each.max() for each in (guide.left_out(1), guide.most_left_out(1)))
+    left_out = guide.left_out(1)
+    own, most = (each > 0.01 * each.max() for each in (left_out, most_around(left_out)))
     z, y, x = np.nonzero(own)
     around = np.zeros(own.shape, bool)
     for shift in np.ndindex(3, 3, 3):
@@ -78,7 +79,7 @@ def test_rays_are_moved_about_as_far_as_predicted(
     renderer: Renderer, monkeypatch: pytest.MonkeyPatch, extinction: float
 ) -> None:
     """Root mean squares over a picture; the prediction has a term for all that is not noise."""
-    monkeypatch.setattr(Guide, "most_left_out", Guide.left_out)
+    monkeypatch.setattr("texvol.rendering.streaming.sensitivity.most_around", lambda values: values)
     stored, _ = large(noise(20.0))
     ramp = TransferFunction([0, 255], [(1, 0.5, 0.2), (0.2, 0.5, 1)], [0, extinction])
     scene = Scene(stored, ramp, Camera.framing(stored), classification="post")

@@ -113,17 +113,6 @@ class Guide:
             found = found + self._averaged(number)[1]
         return np.asarray(found, np.float32)
 
-    def most_left_out(self, number: int) -> Floats:
-        """Return the largest of `left_out` of a sample and those around it, for rays that pass between the worst."""
-        found = self.left_out(number)
-        for axis in range(3):
-            along = np.moveaxis(found, axis, 0)
-            most = along.copy()
-            np.maximum(most[1:], along[:-1], out=most[1:])
-            np.maximum(most[:-1], along[1:], out=most[:-1])
-            found = np.moveaxis(most, 0, axis)
-        return found
-
     @cached_property
     def _of_steps(self) -> Floats:
         """Variance left out by steps between samples, from second differences along all axes."""
@@ -166,6 +155,18 @@ class Guide:
             beside = _means((self.means - between) ** 2, runs)
             self._known[number] = _repeated(within, runs), _repeated(beside, runs)
         return self._known[number]
+
+
+def most_around(values: Floats) -> Floats:
+    """Return the largest of each sample and those around it, for rays that pass between the worst."""
+    found = values
+    for axis in range(3):
+        along = np.moveaxis(found, axis, 0)
+        most = along.copy()
+        np.maximum(most[1:], along[:-1], out=most[1:])
+        np.maximum(most[:-1], along[1:], out=most[:-1])
+        found = np.moveaxis(most, 0, axis)
+    return found
 
 
 def _means(values: NDArray[Any], runs: list[Runs]) -> Numbers:

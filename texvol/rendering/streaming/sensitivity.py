@@ -8,13 +8,15 @@ and if an interval is not what it seemed, with B_i what is seen behind it, I mov
 in an interval are normal with the variance that a level leaves out: that is the variance of C_i - a_i B_i. Intervals of
 a coarse sample are off together and others as they like, so along its way through a region a ray moves by
 
-    V = Σ T_i² Var(C_i - a_i B_i) l / h + β² (Σ T_i √Var(C_i - a_i B_i))²
+    V = Σ E[T_i²] Var(C_i - a_i B_i) l / h + β² (Σ √(E[T_i²] Var(C_i - a_i B_i)))²
 
-where l is the length of a coarse sample. The second term is for what all intervals have in common, if values are
-distributed otherwise. Regions are independent of each other. The picture moves by at most z √(Σ V).
+where l is the length of a coarse sample, and E[T_i²] = Π_{j<i} (1 - 2 E[a_j] + E[a_j²]): what hides an interval may be
+there or not. The second term is for what all intervals have in common, if values are distributed otherwise. Regions are
+independent of each other. The picture moves by at most z √(Σ V).
 
-z and β were chosen by 514 pictures of eight real volumes of which one region, or all, is of a coarse level: three moved
-more than that, the farthest by a quarter, and the median moved by 0.23 of it.
+Rays pass beside the worst places. So each interval has the largest variance, and the largest (1 - a)², of the guide's
+sample that it lies in and those around. z and β were chosen by pictures of eight real volumes of which one region or
+all is of a coarse level, and then by random scenes.
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.left_out import Floats, Guide, Numbers
+from texvol.rendering.streaming.left_out import Floats, Guide, Numbers, most_around
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.coverage import pixel_boxes_of
@@ -36,7 +38,7 @@ from texvol.textures.halving import ends_in_box
 
 Size = tuple[int, int]
 _RAYS = 48 * 48
-MOST_DEVIATIONS = 2.25  # z
+MOST_DEVIATIONS = 3.0  # z
 _IN_COMMON = 0.4  # β
 _MOST_PIXELS = 1 << 20  # of a picture of which the rays are some
 _MOST_INTERVALS = 512  # on a ray
@@ -80,7 +82,7 @@ class Sensitivity:
     def _variances(self, number: int) -> Numbers:
         """T² Var(C - a B) of each interval, the largest of all channels, if all are of one level."""
         moments = self._moments
-        at = self._places(self._guide.most_left_out(number))
+        at = self._places(most_around(self._guide.left_out(number)))
         front, behind = self._front_and_behind
         found = np.zeros(at.shape)
         opacity, opacity_2 = (np.take(moments[..., k].reshape(-1), at) for k in (3, 10))
@@ -97,29 +99,43 @@ class Sensitivity:
         if light is not None:
             # Normals of coarse samples are others: shades are taken to lie anywhere from none to the brightest.
             found = max(light.brightest, 1.0) ** 2 * (found + opacity**2 / 12)
-        return np.asarray(front**2 * found)
+        return np.asarray(front * found)
 
     @cached_property
     def _front_and_behind(self) -> tuple[Numbers, Numbers]:
-        """Transmittance in front of each interval, and colour and opacity of what is behind."""
+        """Mean square of the transmittance in front of each interval, and colour and opacity of what is behind."""
         at = self._places(self._guide.below)
         mean = np.stack([np.take(self._moments[..., k].reshape(-1), at) for k in range(4)], axis=-1)
-        mean[self._on_rays.regions < 0] = 0
+        outside = self._on_rays.regions < 0
+        mean[outside] = 0
         behind = np.empty(mean.shape)
         now = np.broadcast_to(np.array([*self._scene.background, 0.0]), (len(at), 4))
         for i in range(at.shape[1] - 1, -1, -1):
             behind[:, i] = now
             now = mean[:, i] + (1 - mean[:, i, 3:]) * now
-        through = np.cumprod(1 - mean[..., 3], axis=1)
+        through = np.cumprod(np.where(outside, 1.0, self._clearest), axis=1)
         return np.concatenate([np.ones((len(at), 1)), through[:, :-1]], axis=1), behind
+
+    @cached_property
+    def _clearest(self) -> Numbers:
+        """Mean square of the transmittance of each interval, or of one beside it that lets more through."""
+        guide = self._guide
+        at = self._places_of(guide.means, guide.below)
+        opacity, of_square = (np.take(self._moments[..., k].reshape(-1), at) for k in (3, 10))
+        most = most_around(np.maximum(1 - 2 * opacity + of_square, 0).astype(np.float32))
+        return np.asarray(most.reshape(-1)[self._on_rays.samples], np.float64)
 
     def _places(self, variances: Floats) -> NDArray[np.intp]:
         """Return where in the tables the distributions are that intervals have."""
-        function, samples = self._guide.function, self._on_rays.samples
+        samples = self._on_rays.samples
+        return self._places_of(self._guide.means.reshape(-1)[samples], variances.reshape(-1)[samples])
+
+    def _places_of(self, means: Floats, variances: Floats) -> NDArray[np.intp]:
+        """Return where in the tables some distributions are."""
+        function = self._guide.function
         low, high = function.ends
-        nodes = (NODES - 1) * function.range / (high - low)
-        column = np.rint(self._guide.means.reshape(-1)[samples] * nodes).astype(np.intp)
-        row = np.rint(function.row_of(variances.reshape(-1)[samples])).astype(np.intp)
+        column = np.rint(means * ((NODES - 1) * function.range / (high - low))).astype(np.intp)
+        row = np.rint(function.row_of(variances)).astype(np.intp)
         return np.minimum(row, ROWS - 1) * NODES + column
 
     @cached_property
