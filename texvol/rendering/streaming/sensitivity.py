@@ -1,4 +1,4 @@
-"""What coarse levels of regions move in a picture, predicted by rays through a guide.
+"""Prediction of how far coarse levels of regions move a picture, by rays through a guide.
 
 A ray meets intervals of length h, with opacities a and colours C of which the mean is known. It shows
 
