@@ -40,6 +40,7 @@ Size = tuple[int, int]
 _RAYS = 48 * 48
 MOST_DEVIATIONS = 3.0  # z
 _IN_COMMON = 0.4  # β
+_FEW = 16  # rays
 _MOST_PIXELS = 1 << 20  # of a picture of which the rays are some
 _MOST_INTERVALS = 512  # on a ray
 
@@ -62,9 +63,9 @@ class Sensitivity:
 
     @property
     def missed(self) -> NDArray[np.bool_]:
-        """Regions that no ray meets."""
+        """Regions that hardly any ray meets: of slivers and what is at the picture's edge too little is known."""
         inside = self._on_rays.regions
-        return np.bincount(inside[inside >= 0], minlength=self._count) == 0
+        return np.array([(inside == number).any(axis=1).sum() < _FEW for number in range(self._count)], np.bool_)
 
     def variance(self, number: int) -> Floats:
         """Return V for a level of every region, shape (rays, regions)."""
