@@ -96,6 +96,36 @@ OF_KINDS = (
         "means of a pyramid are rounded down",
         "test_convert.py",
     ),
+    Mistake(
+        *("formats", "levels:ImageWriter._write_level"),
+        *("if number >= done:", "if number > done:"),
+        "a conversion that goes on leaves out a shard",
+        "test_interruptions.py",
+    ),
+    Mistake(
+        *("formats", "recording:stamp_of"),
+        *("seen.update(told", "str(told"),
+        "a conversion goes on with an input that has changed",
+        "test_interruptions.py",
+    ),
+    Mistake(
+        *("formats", "levels:ImageWriter._reader"),
+        *("labels = self._recording.form.labels", "labels = False"),
+        "labels are averaged",
+        "test_whole_files.py",
+    ),
+    Mistake(
+        *("formats", "statistics:_change"),
+        *(" or theirs != own", ""),
+        "statistics of other chunks are trusted",
+        "test_faulty_stores.py",
+    ),
+    Mistake(
+        *("formats", "access:Store.look_up"),
+        *('if ".." in key', "if None in key"),
+        "paths lead out of a store",
+        "test_faulty_stores.py",
+    ),
     changed(
         "isosurfaces.glsl",
         "seen.color += (1.0 - seen.color.a) * behind;",

@@ -151,9 +151,11 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
-    with _renderer(arguments) as renderer:
+    volume.expect_overview()  # while the context is opened
+    is_single = series is None and arguments.orbit is None
+    with _renderer(arguments, is_single) as renderer:
         picture, depth, sequence_stats = None, None, {}
-        if series is None and arguments.orbit is None:
+        if is_single:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)
             depth = renderer.depth() if arguments.depth else None
         else:
@@ -180,7 +182,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 @contextmanager
-def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
+def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
     from texvol.rendering.renderer import Renderer
 
@@ -192,7 +194,8 @@ def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
     from texvol.distributed.renderer import DistributedRenderer
 
     with workers, DistributedRenderer(workers, backend=arguments.backend) as drawing, status_line() as show:
-        drawing.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
+        if is_single:  # otherwise frames are counted
+            drawing.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
         yield drawing
 
 

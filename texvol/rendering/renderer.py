@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Self
@@ -18,6 +18,7 @@ from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.error_control import ErrorSearch, smaller
+from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.model_error import AskedOfModel, model_error
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
@@ -29,14 +30,14 @@ from texvol.rendering.settings import (
     checked_target,
     checked_termination,
 )
-from texvol.rendering.streaming.kinds import in_parts_or_memory
+from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import Slicing, slabs_crossed
 from texvol.textures.value_texture import REFERENCE
-from texvol.util.errors import InputError, NoRoomError, check_type
+from texvol.util.errors import InputError, NoRoomError
 
 Size = tuple[int, int]
 _REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an estimate is made from
@@ -183,7 +184,7 @@ class Renderer:
         """
         check = checking.checked_count(check)
         size = self._compositor.checked_size(size)
-        scene = _drawable(scene, size, texture_refinement)
+        scene = drawable(scene, size, texture_refinement)
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
         formats = checked_format(texture_format), checked_target(target_format, scene.mode)
@@ -221,10 +222,16 @@ class Renderer:
                 self._check = checking.held_against_oracle(picture, *against)
         return picture
 
+    def frames(
+        self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
+    ) -> Generator[Frame, None, None]:
+        """Yield the frames of `count` scenes; arguments as for `render`, which decide the first and hold for all."""
+        return drawn_one_by_one(self, scenes, size, views, accuracy)
+
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
         termination, target = checked_termination(None, max_error), checked_target("auto")
-        scene = _drawable(scene, size := self._compositor.checked_size(size))
+        scene = drawable(scene, size := self._compositor.checked_size(size))
         complete = scene.completed(size)
         slicing = checked_slicing(slicing, complete)
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
@@ -390,10 +397,3 @@ class Renderer:
                 )
             self._estimate += self._rounding(scene)
         return self._estimate
-
-
-def _drawable(scene: Scene, size: Size, texture_refinement: int | str | None = None) -> Scene:
-    """Return the scene, or if it cannot be drawn part by part the one with its volumes in memory, or InputError."""
-    check_type("scene", scene, Scene)
-    scene.check_for(size)
-    return in_parts_or_memory(scene, texture_refinement)

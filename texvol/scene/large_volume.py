@@ -154,13 +154,15 @@ class LargeVolume(Volume):
         for level in self.levels:
             _check_source(level.source, name)
         self.memory = free_memory() // 2 if memory is None else memory
+        self.cut_for: int | None = None  # memory by which it is cut into regions, if that is not `memory`
         self.labels, self.blocks = labels, blocks
         self._place(spacing, origin, direction)
         self._describe(unit, value_unit, space, source, notes)
         self._unchanged = Unchanged()
+        self._coming: Any = None  # samples of `overview` that are on the way
 
     def __getstate__(self) -> dict[str, Any]:
-        return {name: value for name, value in vars(self).items() if name != "whole"}
+        return {name: value for name, value in vars(self).items() if name != "whole"} | {"_coming": None}
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -205,9 +207,7 @@ class LargeVolume(Volume):
 
     def part(self, level: int, first: Triple, last: Triple) -> Volume:
         """Read the samples first … last - 1 of a level, along x, y, z, as a volume where they lie in the world."""
-        (x0, y0, z0), (x1, y1, z1) = first, last
-        box = slice(z0, z1), slice(y0, y1), slice(x0, x1)
-        return self.placed(level, first, self.levels[level].source.read(box))
+        return self.placed(level, first, self.levels[level].source.read(_box_of(first, last)))
 
     def placed(self, level: int, first: Triple, values: NDArray) -> Volume:
         """Return samples of a level from `first` on, along x, y, z, as a volume where they lie in the world."""
@@ -242,6 +242,7 @@ class LargeVolume(Volume):
         base = self.levels[number]
         factor, first = np.array(base.factor), np.array(base.first)
         other = copy(self)
+        other._coming = None
         for derived in _DERIVED:
             other.__dict__.pop(derived, None)
         other.levels = tuple(
@@ -261,13 +262,27 @@ class LargeVolume(Volume):
     @cached_property
     def overview(self) -> Volume:
         """A coarse level of at most two million samples, in memory; or that many of the middle of the coarsest."""
+        number, first, last = self._looked_at
+        coming, self._coming = self._coming, None
+        return self.part(number, first, last) if coming is None else self.placed(number, first, coming.result())
+
+    def expect_overview(self) -> None:
+        """Begin to read `overview` in the background, if the source can: a distant one takes its time."""
+        number, first, last = self._looked_at
+        begin = getattr(self.levels[number].source, "begin", None)
+        if begin is not None and "overview" not in vars(self):
+            self._coming = begin(_box_of(first, last))
+
+    @property
+    def _looked_at(self) -> tuple[int, Triple, Triple]:
+        """Level of `overview`, its first sample and the one behind its last, along x, y, z."""
         number = self._overview_level
         dimensions = np.array(self.levels[number].source.shape[::-1])
         most = dimensions.copy()
         while np.prod(most, dtype=float) > _LOOKED_AT:
             most[most.argmax()] = (most.max() + 1) // 2
         first = (dimensions - most) // 2
-        return self.part(number, _triple_of(first), _triple_of(first + most))
+        return number, _triple_of(first), _triple_of(first + most)
 
     @property
     def level_in_memory(self) -> int | None:
@@ -316,6 +331,11 @@ def _check_source(source: SampleSource, name: str) -> None:
         raise InputError(f"{name}: values must be real numbers of at most 64 bits, got {source.dtype}")
     if len(source.shape) != 3 or min(source.shape) < 1:
         raise InputError(f"{name}: values must have 3 axes (z, y, x) of at least one sample, got shape {source.shape}")
+
+
+def _box_of(first: Triple, last: Triple) -> Box:
+    z, y, x = (slice(a, b) for a, b in zip(first[::-1], last[::-1], strict=True))
+    return z, y, x
 
 
 def _triple_of(numbers: NDArray[np.intp]) -> Triple:

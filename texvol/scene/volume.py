@@ -201,6 +201,9 @@ class Volume(KeepsArrays):
         """Volume in memory in whose values one looks for what is there: itself, or a coarser one of a `LargeVolume`."""
         return self
 
+    def expect_overview(self) -> None:
+        """Say that `overview` will be asked for."""
+
     @cached_property
     def world_from_index(self) -> NDArray[np.float64]:
         """Matrix of shape (3, 3) that takes a step in index space to one in the world."""

@@ -129,20 +129,18 @@ def cell_side(samples: float) -> int:
 
 
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
-    """Least or largest value of each cell and the samples beside it, shape (cz, cy, cx); a layer of cells at a time."""
-    nx, ny, nz = size
-    layers = [reduce.reduce(values[max(z - 1, 0) : z + nz + 1], axis=0) for z in range(0, len(values), nz)]
-    rows = _along_rows(np.stack(layers).transpose(1, 0, 2), ny, reduce)
-    return _along_rows(rows.transpose(2, 1, 0), nx, reduce).transpose(1, 2, 0)
+    """Least or largest value of each cell and the samples beside it, shape (cz, cy, cx)."""
+    for count in size[::-1]:  # along z, y and x, each of which is the first axis in its turn
+        values = np.ascontiguousarray(_along_first(values, count, reduce).transpose(1, 2, 0))
+    return values
 
 
-def _along_rows(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
-    """Rows (n, …) reduced over each `count` neighbours, the last of fewer, and the rows before and after them."""
-    values = np.ascontiguousarray(values)
-    starts = np.arange(0, len(values), count)
-    inner = reduce.reduceat(values, starts, axis=0)
-    before, after = np.maximum(starts - 1, 0), np.minimum(starts + count, len(values) - 1)
-    return reduce(reduce(inner, values[before]), values[after])
+def _along_first(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
+    """Layers (n, …) reduced over each `count` neighbours, the last of fewer, and the layers before and after them."""
+    made = np.empty((-(-len(values) // count), *values.shape[1:]), values.dtype)
+    for layer, at in zip(made, range(0, len(values), count), strict=True):
+        reduce.reduce(values[max(at - 1, 0) : at + count + 1], axis=0, out=layer)
+    return made
 
 
 def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:

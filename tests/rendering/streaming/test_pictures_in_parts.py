@@ -13,6 +13,7 @@ from support.large import large
 from texvol import Camera, ClipPlane, DepthCue, InputError, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.rendering.checking import chosen_pixels
 from texvol.rendering.streaming import exact
+from texvol.rendering.streaming.assembly import Assembly
 
 SIZE = (48, 40)
 # Rounding of positions in textures of other sizes, and of blends.
@@ -177,3 +178,24 @@ def test_chunks_behind_opaque_pixels_are_left_out_for_one_view(renderer: Rendere
         renderer.render(behind, SIZE, level=0), renderer.render(replace(behind, volume=volume), SIZE), atol=ROUNDING
     )
     assert finest.reads[9:11, 10:, 1].min() == 1
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_what_lies_where_nothing_was_read_is_not_seen(
+    renderer: Renderer, volume: Volume, projection: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Memory of parts holds what was in it: here the most opaque value, where neither a chunk nor a neighbour lies."""
+    values_of, left = Assembly.values, []
+
+    def poisoned(assembly: Assembly) -> np.ndarray:
+        assembly.buffer = np.full(assembly.bytes, 255, np.uint8)
+        values = values_of(assembly)
+        left.append((values == 255).sum())
+        return values
+
+    monkeypatch.setattr(Assembly, "values", poisoned)
+    scene = Scene(volume, HAZE, camera_of(volume, projection), classification="post")
+    stored, _ = large(volume, chunk=8)
+    drawn = renderer.render(replace(scene, volume=stored), SIZE, level=0)
+    assert sum(left) > 100_000
+    assert_allclose(drawn, renderer.render(scene, SIZE), atol=ROUNDING)

@@ -15,14 +15,15 @@ from functools import cached_property
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.samples import FileFault, check_chunk
 from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
 _PATIENCE = 30.0  # seconds without a byte after which a server is given up
 _DOUBT = 3.0  # seconds after which a server is asked whether it is there
+_CACHE = 16 << 20  # bytes
 _RETRIES = {"max_retries": 3, "initial_delay": "200ms", "max_delay": "2s"}  # at most some 4 s beside the answers
-_METADATA = ("zarr.json", ".zarray", ".zgroup", ".zattrs")
+METADATA = ("zarr.json", ".zarray", ".zgroup", ".zattrs")
 _LOOPBACK = ("localhost", "127.0.0.1", "::1")
 _LONGEST = 160  # characters of a cause
 _HOME = "~/.aws/credentials"
@@ -58,12 +59,24 @@ class Store:
         Raises
         ------
         FileFault
-            As by `json`.
+            As by `json`; or if a key, which another file of the store may have told, leads out of the store.
         """
-        coming = [(key, self._kvstore.read(key)) for key in keys if key not in self._json]
+        for key in keys:
+            if ".." in key.split("/"):
+                raise FileFault(f"all of it must lie within the store, got the path {key!r}")
+            if key not in self._json and (node := self._node_in_root(key)) is not None:
+                self._json[key] = node
+        coming = [(key, self._kvstore.read(key)) for key in dict.fromkeys(keys) if key not in self._json]
         for key, each in coming:
             found = waited(each)
             self._json[key] = None if found.state == "missing" else _parsed(key, bytes(found.value))
+
+    def _node_in_root(self, key: str) -> dict[str, Any] | None:
+        """Return what a distant store's root tells of a node of version 3, so that it need not be asked for."""
+        group, _, name = key.rpartition("/")
+        known = self._json.get("zarr.json") if self.is_remote and group and name == "zarr.json" else None
+        found = _consolidated_in(known).get(group)
+        return dict(found) if isinstance(found, Mapping) else None
 
     def attributes(self, group: str) -> dict[str, Any] | None:
         """Return the attributes of a group or an array; None if there is neither."""
@@ -90,14 +103,13 @@ class Store:
         if not self.is_remote:
             folder = os.path.join(self.path, group)
             known |= {each for each in os.listdir(folder) if _is_node(os.path.join(folder, each))}
-        return sorted(each for each in known if each and each not in _METADATA)
+        return sorted(each for each in known if each and each not in METADATA)
 
     @cached_property
     def _consolidated(self) -> tuple[str, ...]:
         """Names of all nodes that the root lists."""
-        inner = ((self.json("zarr.json") or {}).get("consolidated_metadata") or {}).get("metadata") or {}
         old = (self.json(".zmetadata") or {}).get("metadata") or {}
-        return (*inner, *(key.rpartition("/")[0] for key in old))
+        return (*_consolidated_in(self.json("zarr.json")), *(key.rpartition("/")[0] for key in old))
 
     def open_arrays(self, keys: Sequence[str]) -> list[Any]:
         """Return the arrays as TensorStores, all opened at once.
@@ -107,17 +119,33 @@ class Store:
         FileFault
             If one does not exist, or TensorStore cannot read its kind.
         """
+        self.look_up([joined(key, "zarr.json") for key in keys])
+        self.look_up([joined(key, ".zarray") for key in keys if self.json(joined(key, "zarr.json")) is None])
+        opened = [self._opened(key) for key in keys]
+        found = []
+        for key, each in zip(keys, opened, strict=True):
+            try:
+                found.append(each.result())
+            except (ValueError, OSError, NotImplementedError):  # it says more of metadata that it reads itself
+                found.append(waited(self._opened(key, knows=False), f"its array {key or '/'}: "))
+        for each in found:  # TensorStore ends the process where it finds no memory for a chunk
+            if chunk := each.chunk_layout.read_chunk.shape:
+                check_chunk(chunk, each.dtype.numpy_dtype.itemsize)
+        return found
+
+    def _opened(self, key: str, *, knows: bool = True) -> Any:
+        """Return the future of an array; if it `knows` the metadata, these are not read again."""
         import tensorstore
 
-        self.look_up([joined(key, "zarr.json") for key in keys])
-        opened = []
-        for key in keys:
-            version = self.version(key)
-            if not version:
-                raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
-            spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
-            opened.append(tensorstore.open(spec, context=self._context, read=True, open=True))
-        return [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        version = self.version(key)
+        if not version:
+            raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
+        spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
+        # What has been read once stays as it was when the array was opened.
+        spec |= {"recheck_cached_data": "open"}
+        if knows:
+            spec |= {"metadata": self.json(joined(key, "zarr.json" if version == 3 else ".zarray"))}
+        return tensorstore.open(spec, context=self._context, read=True, open=True, assume_metadata=knows)
 
     def check_alive(self) -> None:
         """Raise ServerFault if the server refuses to answer; do nothing of a store on this machine."""
@@ -146,8 +174,8 @@ class Store:
     def _context(self) -> Any:
         import tensorstore
 
-        # No cache: who draws keeps the samples that it needs.
-        known: dict[str, Any] = {"cache_pool": {"total_bytes_limit": 0}}
+        # Who draws keeps the samples that it needs. Indices of shards are kept here, for their next chunk.
+        known: dict[str, Any] = {"cache_pool": {"total_bytes_limit": _CACHE}}
         if self.is_remote:
             known |= {"http_request_retries": _RETRIES, "s3_request_retries": _RETRIES}
         if urlsplit(self.path).hostname in _LOOPBACK:
@@ -249,8 +277,15 @@ def _object(thing: Any, key: str) -> dict[str, Any]:
     return dict(thing)
 
 
+def _consolidated_in(root: dict[str, Any] | None) -> dict[str, Any]:
+    """Return the nodes that the metadata of a root of version 3 hold, by their paths."""
+    told = (root or {}).get("consolidated_metadata")
+    nodes = told.get("metadata") if isinstance(told, Mapping) else None
+    return dict(nodes) if isinstance(nodes, Mapping) else {}
+
+
 def _is_node(folder: str) -> bool:
-    return any(os.path.isfile(os.path.join(folder, each)) for each in _METADATA)
+    return any(os.path.isfile(os.path.join(folder, each)) for each in METADATA)
 
 
 def _s3() -> dict[str, Any]:

@@ -116,7 +116,7 @@ class PartsAhead:
         where = brick.level, brick.stored_first, brick.stored_last
         # Counts of slabs are added up and tell nothing of what is opaque.
         hidden = partial(_hidden, screen, picture) if screen.tells_chunks and not picture.drawing.count else None
-        pending.assembly = self._cache.ask(*where, hidden)
+        pending.assembly = self._cache.ask(*where, hidden, picture.leaves_gaps(brick.level))
         if pending.assembly is None:
             if may_fail:
                 return False

@@ -23,6 +23,7 @@ class ChunkGrid:
             [(at, min(at + n, count)) for at in range(0, count, n)]
             for n, count in zip(self.shape, level.source.shape, strict=True)
         ]
+        self._lengths = [[b - a for a, b in ends] for ends in self.ends]
         self.needed: NDArray[np.bool_] | None = None  # chunks that matter, shape (cz, cy, cx); None: all
 
     def places(self, first: Triple, last: Triple) -> Box:
@@ -37,22 +38,34 @@ class ChunkGrid:
 
     def bytes(self, place: Place) -> int:
         """Return what a chunk takes."""
-        (a, b), (c, d), (e, f) = (ends[at] for ends, at in zip(self.ends, place, strict=True))
-        return (b - a) * (d - c) * (f - e) * self.dtype.itemsize
+        along_z, along_y, along_x = self._lengths
+        return along_z[place[0]] * along_y[place[1]] * along_x[place[2]] * self.dtype.itemsize
 
     def bytes_of_all(self, chosen: NDArray[np.bool_]) -> int:
         """Return what the chunks take that are chosen and matter."""
-        lengths = [np.array([b - a for a, b in ends]) for ends in self.ends]
         matters = chosen if self.needed is None else chosen & self.needed
-        return int(np.einsum("zyx,z,y,x", matters.astype(np.int64), *lengths)) * self.dtype.itemsize
+        return int(np.einsum("zyx,z,y,x", matters.astype(np.int64), *self._lengths)) * self.dtype.itemsize
 
     def unread(self, place: Place) -> Piece:
         """Return what stands for a chunk that is not read: its least value.
 
         Between that and the samples around nothing shows where nothing shows in the chunk.
         """
-        z, y, x = (ends[at] for ends, at in zip(self.ends, place, strict=True))
-        return Piece(z, y, x, None, 0.0 if self._least is None else float(self._least[place]))
+        z, y, x = self.ends
+        least = 0.0 if self._least is None else float(self._least[place])
+        return Piece(z[place[0]], y[place[1]], x[place[2]], None, least)
+
+    def around(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the chunks, some of a box of the grid, that are chosen or touch one that is, at a corner at least."""
+        padded = np.pad(chosen, 1)
+        for axis in range(3):
+            along = np.moveaxis(padded, axis, 0)
+            reached = padded.copy()
+            reached_along = np.moveaxis(reached, axis, 0)
+            reached_along[1:] |= along[:-1]
+            reached_along[:-1] |= along[1:]
+            padded = reached
+        return padded[1:-1, 1:-1, 1:-1]
 
     @cached_property
     def _least(self) -> NDArray[np.float64] | None:

@@ -19,6 +19,7 @@ from texvol.rendering.streaming.left_out import Floats, Guide, Numbers
 from texvol.rendering.streaming.sensitivity import MOST_DEVIATIONS, Sensitivity
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene
+from texvol.scene.volume import Volume
 from texvol.slicing.regions import Region
 from texvol.textures.distribution import Smoothed
 from texvol.util.errors import InputError
@@ -96,12 +97,17 @@ def with_levels_told(
 
     If coarse levels may be in it the command tells at its end which of them lie elsewhere than they say.
     """
-    settings, volume = with_levels(scene, size, settings, asked), scene.volume
+    settings = with_levels(scene, size, settings, asked)
+    remark_on_coarse_levels(scene.volume, settings)
+    return settings
+
+
+def remark_on_coarse_levels(volume: Volume, settings: Settings) -> None:
+    """Let the command tell at its end which levels lie elsewhere than they say, if a picture may have coarse ones."""
     if isinstance(volume, LargeVolume) and (
         settings.level or settings.coarser_by_pixels or settings.level_error is not None or volume.source.get("level")
     ):
         volume.remark_on_levels()
-    return settings
 
 
 def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str, most_apart: float | None) -> int:

@@ -138,6 +138,10 @@ class PictureOfParts(RegionsOfPicture):
         empty_space.prepare(volume, *shown_of(scene), None, steps, of_samples, spread)
         return empty_space, shown_part(empty_space, brick)
 
+    def leaves_gaps(self, level: int) -> bool:
+        """True if chunks that do not matter are not sampled, but next to one that does: they are skipped as cells."""
+        return level == 0 and self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
+
     @property
     def _chunks_per_box(self) -> tuple[float, float, float]:
         statistics = self.volume.levels[0].statistics
@@ -147,7 +151,8 @@ class PictureOfParts(RegionsOfPicture):
 
     def _find_range(self, volume: Volume, brick: Brick) -> None:
         """Have a part know the range of its values, so that the thread that draws does not work it out."""
-        statistics = self.volume.levels[brick.level].statistics
+        # Statistics of a coarse level would be read for this alone.
+        statistics = self.volume.levels[0].statistics if brick.level == 0 else None
         if statistics is None or volume.dtype.kind == "f" or "value_range" in vars(volume):
             _ = volume.value_range
             return

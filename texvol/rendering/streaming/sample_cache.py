@@ -37,6 +37,7 @@ class Reading:
     """Counts and bytes of samples that were read."""
 
     chunks_decoded: int = 0
+    bytes_wanted: int = 0  # of samples in the chunks that the last picture wanted, each counted once
     hits: int = 0  # chunks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
@@ -61,15 +62,18 @@ class SampleCache:
         self._chunks: OrderedDict[Chunk, Held] = OrderedDict()
         self._bytes = 0
         self._wanted: Counter[Chunk] = Counter()  # asked for, and not used yet
+        self._of_picture: set[Chunk] = set()  # that the last picture wanted
         self._buffers: list[NDArray[np.uint8]] = []  # of parts that are not needed any more
         self._uses: list[NDArray[np.int32]] | None = None  # of each chunk of each level, by parts to come
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
-        """Say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
+        """Begin a picture, and say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
 
         The others are not read: their samples become the least value that the store's statistics tell.
         """
+        self._of_picture.clear()
+        self.reading.bytes_wanted = 0
         for each, now in zip(self._levels, chunks, strict=True):
             each.needed = now
 
@@ -92,14 +96,22 @@ class SampleCache:
             unused = np.argwhere(self._uses[level][places] <= 0) + [part.start for part in places]
             self._drop([(level, z, y, x) for z, y, x in unused.tolist()])
 
-    def ask(self, level: int, first: Triple, last: Triple, hidden: Hidden | None = None) -> Assembly | None:
+    def ask(
+        self, level: int, first: Triple, last: Triple, hidden: Hidden | None = None, leaves_gaps: bool = False
+    ) -> Assembly | None:
         """Begin to read the samples first … last - 1 of a level, along x, y, z; None if there is no room for it now.
 
-        `hidden` says what is not read if it is not there already. Whoever has used it, or no longer wants it, has to
-        say so to `done`.
+        Whoever has used it, or no longer wants it, has to say so to `done`.
+
+        Parameters
+        ----------
+        hidden : callable, optional
+            Says what is not read if it is not there already.
+        leaves_gaps : bool
+            True if samples of chunks that do not matter may be anything, but for those next to a chunk that is read.
         """
         grid = self._levels[level]
-        wanted, unread, has_holes = self._sorted_out(level, grid.places(first, last), hidden)
+        wanted, unread, has_holes = self._sorted_out(level, grid.places(first, last), hidden, leaves_gaps)
         part_bytes = math.prod(b - a for a, b in zip(first, last, strict=True)) * grid.dtype.itemsize
         self._wanted.update(wanted)
         if not self._make_room(wanted, part_bytes):
@@ -176,26 +188,35 @@ class SampleCache:
         self._buffers.clear()
         self._bytes = 0
 
-    def _sorted_out(self, level: int, places: Box, hidden: Hidden | None) -> tuple[list[Chunk], list[Place], bool]:
-        """Return the chunks at some places that are read and the places of the others; True if any is hidden."""
+    def _sorted_out(
+        self, level: int, places: Box, hidden: Hidden | None, leaves_gaps: bool
+    ) -> tuple[list[Chunk], list[Place], bool]:
+        """Return the chunks at some places that are read and the places that are filled; True if any is hidden."""
         grid = self._levels[level]
         low = np.array([part.start for part in places])
-        shape = [part.stop - part.start for part in places]
-        matters = np.ones(shape, np.bool_) if grid.needed is None else grid.needed[places].copy()
-        has_holes = False
+        matters = np.ones([part.stop - part.start for part in places], np.bool_)
+        if grid.needed is not None:
+            matters &= grid.needed[places]
+        behind = np.zeros((0, 3), np.intp)
         if hidden is not None:
             asked = np.array([at for at in (np.argwhere(matters) + low).tolist() if (level, *at) not in self._chunks])
             if asked.size:
                 ends = [np.array(each)[at] for each, at in zip(grid.ends, asked.T, strict=True)]
                 behind = asked[hidden(level, np.stack(ends[::-1], axis=2).astype(np.float64))] - low
                 matters[tuple(behind.T)] = False
-                has_holes = bool(behind.size)
+        filled = ~matters
+        if leaves_gaps:
+            filled &= grid.around(matters)
+            filled[tuple(behind.T)] = True
         wanted: list[Chunk] = [(level, z, y, x) for z, y, x in (np.argwhere(matters) + low).tolist()]
-        return wanted, [(z, y, x) for z, y, x in (np.argwhere(~matters) + low).tolist()], has_holes
+        return wanted, [(z, y, x) for z, y, x in (np.argwhere(filled) + low).tolist()], bool(behind.size)
 
     def _held(self, level: int, place: Place) -> Held:
         """Return a chunk that is there or on the way; begin to read it if it is neither."""
         chunk = (level, *place)
+        if chunk not in self._of_picture:
+            self._of_picture.add(chunk)
+            self.reading.bytes_wanted += self._levels[level].bytes(place)
         held = self._chunks.get(chunk)
         if held is not None:
             self.reading.hits += 1
