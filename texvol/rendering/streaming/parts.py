@@ -140,7 +140,9 @@ class PictureOfParts(RegionsOfPicture):
 
     def leaves_gaps(self, level: int) -> bool:
         """True if chunks that do not matter are not sampled, but next to one that does: they are skipped as cells."""
-        return level == 0 and self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
+        if level or self.settings.level_error is not None:  # the finest level continues where chunks are left to others
+            return False
+        return self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
 
     @property
     def _chunks_per_box(self) -> tuple[float, float, float]:
