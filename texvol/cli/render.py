@@ -78,7 +78,7 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--level-error", type=texts.number, metavar="E",
-        help="error that coarser levels of a store may have, by prediction (half of --max-error)",
+        help="error that coarser levels of a store may have, by prediction (three quarters of --max-error)",
     )  # fmt: skip
     group.add_argument("--strict", action="store_true", help="exit with status 1 if --max-error is not reached")
     group.add_argument(

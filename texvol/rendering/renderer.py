@@ -164,7 +164,7 @@ class Renderer:
         coarser_by_pixels : bool, optional
             True if regions farther off have coarser levels where pixels show no more; default if pixels decide.
         level_error : float, optional
-            Error that levels of regions may have against the finest, by prediction; half of `max_error` by default.
+            Error that levels of regions may have against the finest, by prediction; 3/4 of `max_error` by default.
         views : int
             Number of pictures from different sides: classification auto takes slab if baking for all is no dearer.
         repeat : int

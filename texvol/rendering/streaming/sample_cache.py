@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.assembly import Assembly, Held, Pending, Piece
+from texvol.rendering.streaming.assembly import Assembly, Held, InMemory, Pending, Piece
 from texvol.rendering.streaming.chunk_grid import ChunkGrid, Place
 from texvol.scene.large_volume import Box, LargeVolume, SampleSource, Triple
 from texvol.scene.volume import Volume
@@ -223,8 +223,12 @@ class SampleCache:
             self._chunks.move_to_end(chunk)
             return held
         grid = self._levels[level]
-        self.reading.chunks_decoded += 1
-        held = Held(self._begin(grid.source, grid.box(place)))
+        if level == self.volume.level_in_memory and "overview" in vars(self.volume):
+            self.reading.hits += 1
+            held = Held(InMemory(self.volume.overview.values[grid.box(place)]))
+        else:
+            self.reading.chunks_decoded += 1
+            held = Held(self._begin(grid.source, grid.box(place)))
         self._chunks[chunk] = held
         self._bytes += grid.bytes(place)
         return held
