@@ -29,19 +29,18 @@ _BEHIND = "--eye -300,400,260 --height 150"
 _SHOWN = {
     "mr": f"brain.nrrd {_BEHIND}", "mr-materials": f"brain.nrrd {_BEHIND}", "solid": "knot.npy", "fog": "cloud.npy",
     "grey": "cloud.npy", "viridis": "knot.npy", "inferno": "knot.npy", "magma": "knot.npy", "cividis": "knot.npy",
+    "diverging": "gyroid.npy", "fluorescence": "cell.tif --channel 0",
     "histogram": f"brain.nrrd {_BEHIND}", "contours": f"brain.nrrd {_BEHIND}", "boundaries": f"brain.nrrd {_BEHIND}",
 }  # fmt: skip
-_UNLIT = ("grey", "fog", "viridis", "inferno", "magma", "cividis")
 
 
 def draw_thumbnails(folder: Path) -> Iterator[Figure]:
     """One small picture of each preset, averaged from twice its size."""
     for name in PRESETS:
         volume, *view = _SHOWN.get(name, f"chest.nrrd {_SIDE}").split()
-        light = [] if name in _UNLIT else ["--light", "head"]
         size = f"{2 * THUMBNAIL}x{2 * THUMBNAIL}"
         post = ["--classification", "post"]
-        if texvol_main(["render", volume, *view, "--tf", name, *light, *post, "--size", size, "-o", "preset.png"]):
+        if texvol_main(["render", volume, *view, "--tf", name, *post, "--size", size, "-o", "preset.png"]):
             raise SystemExit(f"preset {name} was not drawn")
         picture = Image.open(folder / "preset.png").resize((THUMBNAIL, THUMBNAIL), Image.Resampling.LANCZOS)
         yield f"preset-{name}.jpg", picture

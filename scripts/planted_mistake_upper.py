@@ -127,7 +127,7 @@ UPPER = (
     ),
     Mistake(
         *("options", "texts:size"),
-        *("int(match[1]), int(match[2])", "int(match[2]), int(match[1])"),
+        *("int(match[1]), int(match[2] or match[1])", "int(match[2] or match[1]), int(match[1])"),
         "width and height of --size are swapped",
         "test_command_line.py -k 'picture_and_its_oracle'",
     ),

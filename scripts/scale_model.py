@@ -1,16 +1,25 @@
 """Seconds of one picture of a volume of any size by any number of workers, and what limits them: prints Markdown.
 
-    python scripts/scale_model.py [--measure STORE] [--read MB/s …] [--visible F] [--held-against FILE.json]
+    python scripts/scale_model.py [--measure STORE] [--read MB/s …] [--visible F]
+    python scripts/scale_model.py --measure STORE --held-against FILE.json     FILE.json: of benchmark_workers.py
 
 A volume of V bytes is cut into N convex blocks of equal work, of which a fraction f shows. A worker
 
-    reads      f V c / N      bytes as they are stored (c: stored for decoded), while it
-    decodes    f V / N        bytes, and
-    draws      f S / N        samples (S: samples of the volume; bake, upload and draw of a sample together);
+    reads      m f V c / N    bytes as they are stored (c: stored for decoded), while it
+    decodes    m f V / N      bytes,
+    prepares   f S / N        samples of the volume (S): texels and empty space, and their upload, and
+    draws      f P D / N      samples of rays: P pixels of the box, and D = S^(1/3) slabs along each;
 
-decoding and drawing share the processor, unless a device draws (--device): then the slowest of the three counts. At the
-level that pixels show V is V / 8^k, with the largest k whose samples lie no farther apart than pixels. A worker
-without a chunk of its own has nothing to do.
+m >= 1 is what neighbours decode twice: a block takes the chunks that it touches, and needs a sample beyond each of its
+ends. With n chunks and q blocks along an axis, of which 2 (q - 1) ends lie inside, m is the product of
+1 + 2 (q - 1) / n over three axes.
+
+Rates are of one processor core. A worker keeps some of its cores busy while it decodes and prepares, and some while it
+draws; where N workers share C cores each has at most C / N of them. Decoding, preparing and drawing share the
+processor, unless a device draws (--device): then the slower of the two counts. At the level that pixels show V is
+V / 8^k, with the largest k whose samples lie no farther apart than pixels. A worker without a chunk of its own has
+nothing to do. A picture whose texels are on the device since the one before is only drawn. The first picture of
+processes that have just begun waits until they can draw.
 
 A block covers A(1) = P N^(-2/3) of the P pixels of the box, m neighbouring blocks together A(m) = P (m / N)^(2/3);
 pictures are cropped to that, of 16 bytes a pixel. Each message takes a latency l, bytes go at b per second, pixels are
@@ -25,9 +34,10 @@ composited at p per second:
                  k = 2 is binary swap (Ma, Painter, Hansen, Krogh 1994, "Parallel volume rendering using binary-swap
                  compositing"), k = N is direct send where all pictures overlap
 
-and then the parts come together in ceil(log2 N) l + 16 P / b, of the tree l + 16 P / b. A scheduler spends t on each
-task: one for each block, and of the tree one for each of the N - 1 pairs. One worker composites nothing, and sends
-nothing. What limits is the largest of these terms.
+and then the parts come together in ceil(log2 N) l + 16 P / b, of the tree l + 16 P / b; one worker composites nothing,
+and sends its picture. A picture takes the client a time of its own, to cut the box and to send the scene, and the
+scheduler a time for each task: three for each block (it is drawn, its picture goes on, its numbers come back), and of
+the tree one for each of the N - 1 pairs. What limits is the largest of the terms that a picture waits for.
 """
 
 from __future__ import annotations
@@ -50,12 +60,18 @@ class Throughput:
     """What one worker does in a second; megabytes are 10⁶ bytes."""
 
     read: float = 200.0  # MB from the store, as they are stored
-    decode: float = 800.0  # MB of samples
-    draw: float = 50.0  # million samples of the volume: baked, uploaded and drawn
+    decode: float = 800.0  # MB of samples, by a core
+    prepare: float = 100.0  # million samples of the volume, by a core
+    draw: float = 200.0  # million samples of rays, by a core or a device
+    cores: float = 1.0  # that a worker keeps busy while it decodes and prepares
+    draw_cores: float = 1.0  # the same while it draws
     composite: float = 100.0  # million pixels
     network: float = 1000.0  # MB from worker to worker
     latency: float = 2e-4  # seconds of a message
     task: float = 5e-4  # seconds of the scheduler for a task
+    picture: float = 0.02  # seconds of the client for a picture
+    start: float = 0.5  # seconds until a process that has begun can draw
+    start_processor: float = 0.4  # processor seconds of that
     store: float = math.inf  # MB/s that the store sends to all workers together
 
 
@@ -69,8 +85,11 @@ class Picture:
     visible: float = 1.0  # fraction of the samples that shows
     pixels: int = 1024 * 1024  # that the box covers
     chunk: int = 64  # samples along an axis
+    rate: float = 1.0  # slabs per sample
     device: bool = False  # draws while the processor decodes
-    shared: bool = False  # all workers share the processor that was measured
+    shared: float = math.inf  # processor cores that all workers share; infinite: each has its own
+    again: bool = False  # texels are on the device
+    just_begun: bool = False  # processes have drawn nothing yet
 
     @property
     def samples(self) -> float:
@@ -85,27 +104,42 @@ class Picture:
         return replace(self, size=self.size / 8**halvings)
 
 
+def decoded_twice(picture: Picture, workers: float) -> float:
+    """Return how many times a chunk is decoded on average: neighbours both take those at the border of two blocks."""
+    chunks = max(picture.samples ** (1 / 3) / picture.chunk, 1.0)
+    halvings = math.log2(workers)
+    factor = 1.0
+    for axis in range(3):  # one after the other is halved
+        parts = 2 ** (halvings // 3 + min(max(halvings % 3 - axis, 0.0), 1.0))
+        factor *= 1 + 2 * (min(parts, chunks) - 1) / chunks
+    return factor
+
+
 def of_block(picture: Picture, workers: int, rates: Throughput) -> dict[str, float]:
-    """Return seconds that a worker reads, decodes and draws."""
+    """Return seconds that a worker reads, decodes, prepares and draws."""
     chunks = max(picture.samples * picture.visible / picture.chunk**3, 1.0)
     busy = min(workers, chunks)
-    own, together = picture.visible * picture.size / busy, picture.visible * picture.size
-    processor = 1 / min(workers, busy) if picture.shared else 1.0
-    stored = own * picture.compression / 1e6
-    return {
-        "read": max(stored / rates.read, together * picture.compression / 1e6 / rates.store),
-        "decode": own / 1e6 / (rates.decode * processor),
-        "draw": own / picture.sample_bytes / 1e6 / (rates.draw * processor),
+    own, most = picture.visible / busy, picture.shared / busy
+    cores, draw_cores = min(rates.cores, most), 1.0 if picture.device else min(rates.draw_cores, most)
+    rays = picture.pixels * picture.samples ** (1 / 3) * picture.rate
+    decoded = own * picture.size * decoded_twice(picture, busy) / 1e6
+    stored = decoded * picture.compression
+    found = {
+        "read": max(stored / rates.read, stored * busy / rates.store),
+        "decode": decoded / rates.decode / cores,
+        "prepare": own * picture.samples / 1e6 / rates.prepare / cores,
+        "draw": own * rays / 1e6 / rates.draw / draw_cores,
     }
+    return {name: 0.0 if picture.again and name != "draw" else each for name, each in found.items()}
 
 
 def composition(scheme: str, pixels: int, workers: int, rates: Throughput, radix: int = 8) -> dict[str, float]:
     """Return seconds of composition and of messages between workers and to whoever wants the picture."""
     if workers == 1:
-        return {"composite": 0.0, "network": 0.0}
+        return {"composite": 0.0, "network": rates.latency + _sent(pixels, rates)}
     found = {"tree": _tree, "direct send": _direct_send, "radix-k": _radix}[scheme](pixels, workers, rates, radix)
     stages = 1 if scheme == "tree" else math.ceil(math.log2(workers))
-    network = found[1] + stages * rates.latency + _PIXEL * pixels / 1e6 / rates.network
+    network = found[1] + stages * rates.latency + _sent(pixels, rates)
     return {"composite": found[0], "network": network}
 
 
@@ -143,24 +177,44 @@ def _radix(pixels: int, workers: int, rates: Throughput, radix: int) -> tuple[fl
     return composite, network
 
 
+def tasks(workers: int, scheme: str = "tree") -> int:
+    """Return the number of tasks of a picture."""
+    return 3 * workers + (workers - 1 if scheme == "tree" else 0)
+
+
 def terms(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree", radix: int = 8) -> dict[str, float]:
     """Return the seconds of everything that a picture takes, by name."""
-    tasks = 0 if workers == 1 else 2 * workers - 1 if scheme == "tree" else workers
     own = of_block(picture, workers, rates) | composition(scheme, picture.pixels, workers, rates, radix)
-    return own | {"schedule": tasks * rates.task}
+    start = rates.start * max(workers / picture.shared, 1.0) if picture.just_begun else 0.0
+    return own | {"schedule": rates.picture + tasks(workers, scheme) * rates.task, "start": start}
+
+
+def path_of(own: dict[str, float], device: bool) -> list[str]:
+    """Return the names of the terms that a picture waits for: reading, or the processor, or the device."""
+    processor = ["decode", "prepare"] if device else ["decode", "prepare", "draw"]
+    at_once = [["read"], processor, ["draw"]] if device else [["read"], processor]
+    slowest = max(at_once, key=lambda names: sum(own[name] for name in names))
+    return [*slowest, "composite", "network", "schedule", "start"]
 
 
 def seconds(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree", radix: int = 8) -> float:
     """Return the seconds of a picture."""
     own = terms(picture, workers, rates, scheme, radix)
-    drawn = max(own["decode"], own["draw"]) if picture.device else own["decode"] + own["draw"]
-    return max(own["read"], drawn) + own["composite"] + own["network"] + own["schedule"]
+    return sum(own[name] for name in path_of(own, picture.device))
+
+
+def processor_seconds(picture: Picture, workers: int, rates: Throughput) -> float:
+    """Return the processor seconds of a worker."""
+    one_core = replace(rates, cores=1.0, draw_cores=1.0)
+    own = of_block(replace(picture, shared=math.inf), workers, one_core)
+    start = rates.start_processor if picture.just_begun else 0.0
+    return own["decode"] + own["prepare"] + (0.0 if picture.device else own["draw"]) + start
 
 
 def limit(picture: Picture, workers: int, rates: Throughput, scheme: str = "tree", radix: int = 8) -> str:
-    """Return the name of the largest term."""
+    """Return the name of the largest term that a picture waits for."""
     own = terms(picture, workers, rates, scheme, radix)
-    return max(own, key=lambda name: own[name])
+    return max(path_of(own, picture.device), key=lambda name: own[name])
 
 
 def in_bytes(count: float) -> str:
@@ -186,32 +240,58 @@ def print_tables(picture: Picture, rates: Throughput, radix: int) -> None:
         print(f"| {workers} | {' | '.join(f'{1e3 * each:.3g}' for each in times)} |")
 
 
-def held_against(path: Path, picture: Picture, rates: Throughput) -> list[tuple[int, float, float]]:
-    """Return workers, predicted seconds and measured seconds.
+@dataclass(frozen=True)
+class Held:
+    """Predictions beside measurements: wall seconds, and processor seconds of the busiest worker."""
 
-    The file has {"workers": {"1": seconds, "2": seconds}}.
-    """
-    measured = json.loads(path.read_text(encoding="utf-8"))["workers"]
-    return [(int(count), seconds(picture, int(count), rates), float(each)) for count, each in measured.items()]
+    kind: str
+    workers: int
+    predicted: tuple[float, float]
+    measured: tuple[float, float]
+    limit: str
 
 
-def _print_held(found: Sequence[tuple[int, float, float]]) -> None:
-    print("\n## Held against measurement\n")
-    names = ("workers", "predicted s", "measured s", "predicted / measured", "faster: predicted", "measured")
+def held_against(path: Path, rates: Throughput) -> list[Held]:
+    """Return predictions of what `benchmark_workers.py --json` has measured on the machine of the rates."""
+    told = json.loads(path.read_text(encoding="utf-8"))
+    found = []
+    for kind in ("first", "again"):
+        picture = Picture(**told["picture"], again=kind == "again", just_begun=kind == "first")
+        for count, (wall, busy) in told[kind].items():
+            workers = int(count)
+            predicted = seconds(picture, workers, rates), processor_seconds(picture, workers, rates)
+            found.append(Held(kind, workers, predicted, (wall, busy), limit(picture, workers, rates)))
+    return found
+
+
+def _print_held(found: Sequence[Held]) -> None:
+    print("\n## Held against measurement\n\nSeconds, and processor seconds of the busiest worker.\n")
+    of_both = ("predicted", "measured", "ratio")
+    names = (
+        "picture",
+        "workers",
+        "s: " + of_both[0],
+        *of_both[1:],
+        "processor s: " + of_both[0],
+        *of_both[1:],
+        "limit",
+    )
     print(f"| {' | '.join(names)} |\n|{'---|' * len(names)}")
-    _, first, first_measured = found[0]
-    for count, own, measured in found:
-        ratios = f"{own / measured:.2f} | {first / own:.2f} | {first_measured / measured:.2f}"
-        print(f"| {count} | {own:.3g} | {measured:.3g} | {ratios} |")
+    for each in found:
+        pairs = zip(each.predicted, each.measured, strict=True)
+        cells = " | ".join(f"{own:.3g} | {measured:.3g} | {own / measured:.2f}" for own, measured in pairs)
+        print(f"| {each.kind} | {each.workers} | {cells} | {each.limit} |")
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    units = {"latency": "s", "task": "s", "draw": "Msamples/s", "composite": "Mpixel/s"}
+    units = dict.fromkeys(("latency", "task", "picture", "start", "start_processor"), "s") | dict.fromkeys(
+        ("cores", "draw_cores"), "N"
+    )
+    units |= {"prepare": "Msamples/s", "draw": "Msamples/s", "composite": "Mpixel/s"}
     for each in fields(Throughput):
-        parser.add_argument(
-            f"--{each.name}", type=float, metavar=units.get(each.name, "MB/s"), help=f"({each.default:g})"
-        )
+        option = f"--{each.name.replace('_', '-')}"
+        parser.add_argument(option, type=float, metavar=units.get(each.name, "MB/s"), help=f"({each.default:g})")
     parser.add_argument("--measure", type=Path, metavar="STORE", help="measure these, but for options that are given")
     parser.add_argument("--visible", type=float, default=0.3, metavar="F", help="fraction of samples that shows (0.3)")
     parser.add_argument("--pixels", type=int, default=1024 * 1024, help="that the box covers (1024 x 1024)")
@@ -219,9 +299,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--compression", type=float, default=0.5, help="stored bytes for one of the samples (0.5)")
     parser.add_argument("--radix", type=int, default=8, metavar="K", help="(8)")
     parser.add_argument("--device", action="store_true", help="a device draws while the processor decodes")
-    parser.add_argument("--shared", action="store_true", help="all workers share the processor that was measured")
-    parser.add_argument("--held-against", type=Path, metavar="FILE.json", help="measured seconds by workers")
-    parser.add_argument("--bytes", type=float, default=SIZES[0], help="of the volume of --held-against (1e10)")
+    parser.add_argument("--held-against", type=Path, metavar="FILE.json", help="measured by benchmark_workers.py")
     return parser
 
 
@@ -236,13 +314,13 @@ def main() -> None:
         given = measured(arguments.measure) | {name: value for name, value in given.items() if value is not None}
     rates = Throughput(**{name: value for name, value in given.items() if value is not None})
     picture = Picture(
-        arguments.bytes, arguments.sample_bytes, arguments.compression, arguments.visible, arguments.pixels,
-        device=arguments.device, shared=arguments.shared,
+        SIZES[0], arguments.sample_bytes, arguments.compression, arguments.visible, arguments.pixels,
+        device=arguments.device,
     )  # fmt: skip
     print("One worker: " + ", ".join(f"{name} {value:.3g}" for name, value in vars(rates).items()) + ".")
-    print_tables(replace(picture, shared=False), rates, arguments.radix)
+    print_tables(picture, rates, arguments.radix)
     if arguments.held_against is not None:
-        _print_held(held_against(arguments.held_against, picture, rates))
+        _print_held(held_against(arguments.held_against, rates))
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 #!/bin/sh
 # Makes .venv with texvol in it, and sees to it that OpenGL answers. Does nothing, quickly, where that is done.
-# Usage: sh scripts/setup.sh [EXTRA [BACKEND]]     EXTRA: as in pyproject.toml;  BACKEND: osmesa is wanted beside EGL
+# Usage: sh scripts/setup.sh [EXTRA [BESIDE]]     EXTRA: as in pyproject.toml
+# BESIDE: osmesa is wanted beside EGL; or paraview, which scripts/benchmark_paraview.py is measured beside
 set -eu
 extra=${1:-}
 wanted_too=${2:-}
@@ -130,4 +131,13 @@ if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; the
         : >.venv/no-xvfb
         say "no Xvfb or xdotool here, and they could not be installed; what needs a display is skipped"
     fi
+fi
+
+# 6. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
+
+has_paraview() { command -v pvbatch && command -v mpiexec && command -v Xvfb; }
+if [ "$wanted_too" = paraview ] && ! has_paraview >/dev/null; then
+    [ "$manager" = apt-get ] || fail "ParaView is installed on Debian and Ubuntu only; install pvbatch, mpiexec and Xvfb"
+    install_packages python3-paraview paraview openmpi-bin xvfb libgl1 libgl1-mesa-dri && has_paraview >/dev/null ||
+        fail "pvbatch, mpiexec and Xvfb could not be installed (see above)"
 fi

@@ -8,6 +8,7 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import suppress
+from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 import pytest
@@ -17,6 +18,9 @@ from support.viewer import open_page  # noqa: F401 (a fixture)
 
 from texvol.opengl.contexts import Context, open_context
 from texvol.rendering.renderer import Renderer
+
+if TYPE_CHECKING:
+    from texvol.distributed.workers import Workers
 
 # A shell that runs the tests in the background has them ignore ctrl-C, and what they start would inherit that.
 if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
@@ -51,6 +55,15 @@ def session_context() -> Iterator[Context]:
     opened.gl.gc_mode = "context_gc"  # what a test drops is queued, and freed after it, while the context is current
     yield opened
     opened.release()
+
+
+@pytest.fixture(scope="session")
+def workers() -> Iterator[Workers]:
+    """Two workers that all tests share."""
+    from texvol.distributed.workers import Workers
+
+    with Workers(2) as started:
+        yield started
 
 
 @pytest.fixture

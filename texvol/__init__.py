@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries, load, load_tetrahedra
     from texvol.formats.stores.arrays import open_array
     from texvol.formats.stores.channels import load_channels
+    from texvol.options.looks import load_look
     from texvol.ray_casting import raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.renderer import Renderer, render
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from texvol.scene.isosurfaces import Isosurface
     from texvol.scene.large_volume import LargeVolume
     from texvol.scene.lighting import DepthCue, Light, Lighting
+    from texvol.scene.looks import Look
     from texvol.scene.mask import Mask
     from texvol.scene.scene import Scene
     from texvol.scene.tetrahedra import TetrahedralGrid
@@ -57,6 +59,7 @@ _MODULES = {
     "LargeVolume": "scene.large_volume",
     "Light": "scene.lighting",
     "Lighting": "scene.lighting",
+    "Look": "scene.looks",
     "Mask": "scene.mask",
     "MissingExtraError": "util.errors",
     "Plan": "rendering.streaming.plan",
@@ -71,6 +74,7 @@ _MODULES = {
     "compare": "comparison",
     "load": "formats.readers",
     "load_channels": "formats.stores.channels",
+    "load_look": "options.looks",
     "load_tetrahedra": "formats.readers",
     "open_array": "formats.stores.arrays",
     "plan": "rendering.streaming.plan",
@@ -97,6 +101,7 @@ __all__ = [
     "LargeVolume",
     "Light",
     "Lighting",
+    "Look",
     "Mask",
     "MissingExtraError",
     "Plan",
@@ -113,6 +118,7 @@ __all__ = [
     "geometry",
     "load",
     "load_channels",
+    "load_look",
     "load_tetrahedra",
     "open_array",
     "plan",

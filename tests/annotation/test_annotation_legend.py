@@ -86,7 +86,7 @@ def test_the_opacity_reaches_as_far_as_it_is_and_says_of_which_length() -> None:
         filled = np.abs(row - color).max(axis=1) < 1e-6
         wanted = (right - left) * -np.expm1(-extinction)
         assert filled.sum() == pytest.approx(wanted, abs=4.5)  # a pixel at each end, and the line's half twice
-        assert filled[::-1][2 : int(wanted) - 4].all()
+        assert filled[::-1][2 : max(int(wanted) - 4, 2)].all()
 
 
 def test_infinite_extinction_is_opaque_and_none_has_a_length_too() -> None:
@@ -188,7 +188,8 @@ def test_an_isosurface_shows_its_colour_and_value() -> None:
     np.testing.assert_array_equal(color, display.ISOSURFACE_COLOR)
     picture, texts = drawn(scene)
     assert list(texts) == ["value = −0.25"]
-    assert (np.abs(picture[..., :3] - display.ISOSURFACE_COLOR).max(axis=2) < 1e-9).sum() > 100
+    swatch = (0.9 * SIZE[1] / 40 - 2) ** 2  # nine tenths of an em wide and high, in a frame of a pixel
+    assert (np.abs(picture[..., :3] - display.ISOSURFACE_COLOR).max(axis=2) < 1e-9).sum() > 0.9 * swatch
 
 
 def test_what_has_no_room_is_left_out() -> None:

@@ -206,7 +206,7 @@ def test_the_letters_of_a_head_agree_with_those_that_are_drawn_in_it() -> None:
     assert letters == {"left": "L", "right": "R", "top": "A", "bottom": "P"}
     # What is drawn at the right border is that letter.
     drawn = ink(scene, SIZE, orientation=True)
-    wanted, _, _ = Lettering().coverage("R", 1.2 * SIZE[1] / 30)
+    wanted, _, _ = Lettering().coverage("R", 1.2 * SIZE[1] / 40)
     rows, columns = np.nonzero(drawn[:, SIZE[0] * 3 // 4 :])
     found = drawn[rows.min() : rows.max() + 1, SIZE[0] * 3 // 4 + columns.min() : SIZE[0] * 3 // 4 + columns.max() + 1]
     rows, columns = np.nonzero(wanted)
@@ -291,10 +291,10 @@ def test_ink_stays_in_the_room_that_its_text_has_taken() -> None:
 
 @pytest.mark.parametrize("projection", BOTH)
 def test_all_parts_are_there_where_there_is_room(projection: Projection) -> None:
-    """At 256 x 256, too: three axes with their names, four letters, legend, scale bar and title."""
+    """At 360 x 360, too: three axes with their names, four letters, legend, scale bar and title."""
     volume = crooked("oblique", RAS)
     asked = Annotation(orientation=True, **EVERYTHING)  # type: ignore[arg-type]
-    size = (256, 256)
+    size = (360, 360)
     scene = Scene(volume, camera=outside(volume, projection), classification="slab")
     assert scene.camera is not None
     scene = Scene(volume, camera=with_room(scene.camera, scene, size, asked), classification="slab")

@@ -88,7 +88,8 @@ def test_device_options_reach_the_renderer(folder: Path) -> None:
         "everywhere": ["--no-skip-empty"],
         "skipped": ["--skip-empty"],
     }.items():
-        line = ["block.npy", "--tf", "block.json", "--size", "40x40", *options, "-o", "a.exr", "--stats", "s.json"]
+        scene = ["--tf", "block.json", "--fit", "box", "--sampling-rate", "1", "--size", "40x40"]
+        line = ["block.npy", *scene, *options, "-o", "a.exr", "--stats", "s.json"]
         assert run("render", *line) == 0
         stats[name], pictures[name] = json.loads(Path("s.json").read_text()), image.read("a.exr")
     assert stats["default"]["bricks_total"] == 1 < stats["bricks"]["bricks_total"]
@@ -145,7 +146,7 @@ WRONG = [
     (["render", "v.npy", "-o", "no/a.png"], "folder no does not exist"),
     (["render", "v.npy", "-o", "a.png", "--stats", "no/s.json"], "no/s.json"),
     (["render", "v.npy", "-o", "a.png", "--size", "0x10"], "size must be at least 1x1, got 0x10"),
-    (["render", "v.npy", "-o", "a.png", "--size", "10"], "must be WIDTHxHEIGHT"),
+    (["render", "v.npy", "-o", "a.png", "--size", "10x"], "must be WIDTHxHEIGHT"),
     (["render", "v.npy", "-o", "a.png", "--size", "-3x4"], "must be WIDTHxHEIGHT"),
     (["render", "v.npy", "-o", "a.png", "--size", "999999x4"], "this driver draws 1 to"),
     (["render", "v.npy", "-o", "a.png", "--eye", "1,2,3", "--target", "1,2,3"], "eye and target must differ"),
@@ -156,7 +157,7 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--height", "-1"], "height must be positive"),
     (["render", "v.npy", "-o", "a.png", "--projection", "fisheye"], "orthographic, perspective"),
     (["render", "v.npy", "-o", "a.png", "--background", "0,nan,0"], "must be three numbers of at least 0"),
-    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "must be a .json file or a preset"),
+    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "must be a .json or .toml file, or a preset"),
     (["render", "v.npy", "-o", "a.png", "--tf", "nothing.json"], "nothing.json: cannot be read"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "0"], "slab thickness must be positive"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),

@@ -86,7 +86,7 @@ PLAIN: dict[str, Scene] = {
     "perspective": replace(plain("post"), camera=framed(VOLUME, "perspective")),
     "background": replace(plain("post"), background=(0.1, 0.2, 0.3)),
     "emissive": replace(plain("integrated"), transfer_function=GAS),
-    "proposed": replace(plain(), transfer_function=None),
+    "proposed": replace(plain(), transfer_function=None, lighting="none"),
     "no camera": replace(plain(), camera=None),
     **{f"cue, {kind}": plain(kind, depth_cue=DepthCue()) for kind in KINDS},
     **{mode: plain(mode=mode, lighting=Lighting()) for mode in NUMBER_MODES},

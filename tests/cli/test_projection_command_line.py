@@ -118,7 +118,7 @@ def test_a_transparent_background_stays_where_no_ray_meets_the_box(volume):
 
 @pytest.mark.parametrize("command", ["render", "raycast"])
 def test_a_depth_is_one_channel_in_world_units(volume, command):
-    assert run(command, "v.npy", *VIEW, *ISO, "-o", "a.png", "--depth", "d.exr") == 0
+    assert run(command, "v.npy", *VIEW, *ISO, "--fit", "box", "-o", "a.png", "--depth", "d.exr") == 0
     source = oiio.ImageInput.open("d.exr")
     assert list(source.spec().channelnames) == ["Z"]
     depth = np.asarray(source.read_image(oiio.FLOAT))[..., 0]

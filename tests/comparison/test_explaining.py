@@ -54,7 +54,7 @@ def test_a_planted_mistake_is_told_from_the_scene(name: str, eight_bits: bool, d
     picture = replace(
         Picture.of_array(candidate), whole_numbers=eight_bits, rounding=np.full(candidate.shape, rounding, np.float32)
     )
-    found = mistakes_that_explain(picture, StoredScene(bench.scene))
+    found = mistakes_that_explain(picture, StoredScene(bench.scene, bench.settings))
     assert found[0].name == name
     assert found[0].explained > 0.9
     assert "the candidate equals the scene drawn with a mistake" in found[0].words
@@ -77,11 +77,12 @@ def test_what_no_mistake_explains_is_not_explained(demo: Demo) -> None:
     bench, _ = demo
     noise = np.random.default_rng(0).normal(0, 0.01, bench.right.shape)
     for candidate in (bench.right, bench.right + 1e-7, bench.right + noise, np.roll(bench.right, 1, axis=1)):
-        assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene)) == ()
+        assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene, bench.settings)) == ()
 
 
 def test_a_mistake_is_told_in_spite_of_a_pixel_that_is_not_finite(demo: Demo) -> None:
     bench, pictures = demo
     candidate = pictures["half a texel"].copy()
     candidate[3, 4] = np.nan
-    assert mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene))[0].name == "half a texel"
+    found = mistakes_that_explain(Picture.of_array(candidate), StoredScene(bench.scene, bench.settings))
+    assert found[0].name == "half a texel"

@@ -48,7 +48,9 @@ Draw = Callable[[str], np.ndarray]
 
 @cache
 def scene_of(name: str) -> Scene:
-    return SCENES[name]()
+    scene = SCENES[name]()
+    # Without a camera of its own a scene is framed by what shows of its medium, which is changed here.
+    return replace(scene, camera=scene.completed(SIZE).camera)
 
 
 def drawn(renderer: Renderer, scene: Scene, **options) -> np.ndarray:  # type: ignore[no-untyped-def]

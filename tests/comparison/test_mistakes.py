@@ -156,7 +156,7 @@ def test_half_a_texel_is_a_volume_half_a_sample_off_along_each_axis(axis: int, r
 
 def test_the_other_axis_is_of_a_volume_whose_axes_are_swapped(renderer: PlantedRenderer) -> None:
     values = random_volume(5, (6, 6, 6)).values
-    scene = Scene(Volume(values), FOG, classification="post")
+    scene = Scene(Volume(values), FOG, Camera.framing(Volume(values)), classification="post")
     _, pictures = planted(renderer, scene)
     swapped = replace(scene, volume=Volume(values.transpose(2, 1, 0)), transfer_function=FOG)
     np.testing.assert_allclose(pictures["other axis"], renderer.render(swapped, SIZE), atol=1e-5)
@@ -165,7 +165,8 @@ def test_the_other_axis_is_of_a_volume_whose_axes_are_swapped(renderer: PlantedR
 def test_where_some_axes_are_the_same_others_are_swapped(renderer: PlantedRenderer) -> None:
     values = random_volume(5, (6, 6, 6)).values
     values = values + values.transpose(2, 1, 0)
-    bench, pictures = planted(renderer, Scene(Volume(values), FOG, classification="slab"))
+    scene = Scene(Volume(values), FOG, Camera.framing(Volume(values)), classification="slab")
+    bench, pictures = planted(renderer, scene)
     assert np.abs(pictures["other axis"] - bench.right).max() > 0.01
 
 

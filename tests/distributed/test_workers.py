@@ -7,7 +7,6 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -37,12 +36,6 @@ def ball(side: int = 32) -> np.ndarray:
 VOLUME = Volume(ball(), name="ball")
 OTHER = Volume(ball(20), origin=(6, 9, 12), direction=[[0.8, 0.6, 0], [-0.6, 0.8, 0], [0, 0, 1]])
 HEAD, SUN = Lighting(lights=(Light("head"),)), Lighting(lights=(Light("directional", (1, 2, 3)),))
-
-
-@pytest.fixture(scope="session")
-def workers() -> Iterator[Workers]:
-    with Workers(2) as started:
-        yield started
 
 
 def scenes() -> dict[str, dict[str, Any]]:
@@ -114,6 +107,27 @@ def test_a_killed_worker_changes_nothing(renderer: Renderer) -> None:
             assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
         assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
         assert victim not in {block["process"] for block in several.stats["blocks"]}
+
+
+def test_what_only_a_killed_worker_had_is_sent_again(renderer: Renderer) -> None:
+    scene = Scene(VOLUME, FOG, classification="post")
+    with Workers(1) as workers, DistributedRenderer(workers) as several:
+        several.render(scene, SIZE)
+        os.kill(several.stats["blocks"][0]["process"], signal.SIGKILL)
+        assert_allclose(several.render(scene, SIZE), renderer.render(scene, SIZE), atol=2e-6)
+        os.kill(several.stats["blocks"][0]["process"], signal.SIGKILL)
+        assert_array_equal(workers.raycast(scene, (9, 7)), texvol.raycast(scene, (9, 7)))
+
+
+def test_parts_of_parts_are_sent_each_time(tmp_path: Path) -> None:
+    scene = Scene(texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(), chunk=16)), FOG).completed(SIZE)
+    scene.volume.overview  # noqa: B018 (a volume of its own, which is kept)
+    packer = Packer()
+    _, first = packer.pack(scene)
+    packer.forget(first)
+    content, again = packer.pack(scene)
+    assert set(first) == set(again) == set(packer.parts)
+    assert isinstance(Unpacker().unpack(content, packer.parts), Scene)
 
 
 def test_a_part_is_sent_once_and_stays_the_same_object() -> None:

@@ -22,7 +22,15 @@ from texvol.scene.demo import demo_volume
 pytest_plugins = ("pytester",)
 
 # Blocks that need a network, a display or an hour; each says so above it.
-NOT_RUN = {"README": 2, "benchmarks": 1, "contributing": 1, "first-ten-minutes": 2, "looks": 1, "window": 2}
+NOT_RUN = {
+    "README": 2,
+    "benchmarks": 2,
+    "contributing": 1,
+    "first-ten-minutes": 2,
+    "large-volumes": 1,
+    "looks": 1,
+    "window": 2,
+}
 MARKS = {"", "file", "not run", "output", "status"}
 LANGUAGES = {"sh", "python", "text", "json", "toml", "yaml"}
 RUN = [page for page in PAGES if any(each.language in ("sh", "python") for each in blocks(page))]

@@ -19,7 +19,9 @@ from texvol.options.scene_options import SceneOptions
 from texvol.scene import transfer
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.lighting import DepthCue, Light, Lighting
+from texvol.scene.looks import EXPOSED
 from texvol.scene.scene import Scene
+from texvol.scene.transfer import presets
 
 VOLUME = Volume(np.linspace(-1000, 1000, 4 * 5 * 6, dtype=np.float32).reshape(4, 5, 6))
 
@@ -100,7 +102,7 @@ SAME = [
     (["--two-sided"], "two-sided = true", "lighting", Lighting(two_sided=True)),
     (["--no-two-sided"], "two_sided = false", "lighting", Lighting(two_sided=False)),
     (["--shadows"], "shadows = true", "lighting", Lighting(shadows=True)),
-    (["--no-shadows"], "shadows = false", "lighting", None),
+    (["--no-shadows"], "shadows = false", "lighting", EXPOSED),
     (
         ["--light", "-1,0,2", "--ambient", "0.1", "--fade", "3", "--no-two-sided"],
         'ambient = 0.1\nfade = 3\ntwo-sided = false\nlight = "-1,0,2"',
@@ -136,7 +138,7 @@ def test_line_and_file_say_the_same(line: list[str], file: str, field: str, want
 
 
 def test_without_options_nothing_is_modelled() -> None:
-    plain = scene()
+    plain = scene("--light", "none")
     assert (plain.lighting, plain.depth_cue, plain.mode, plain.isovalue) == (None, None, "composite", None)
     assert plain.gradient is CENTRAL
     assert not plain.needs_gradient
@@ -210,17 +212,14 @@ def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch
         asked.append((os.path.basename(name), materials))
         return transfer.proposed_for(volume)
 
-    monkeypatch.setattr(transfer, loader, loaded)
+    Path("tf.json").write_text("{}")
+    monkeypatch.setattr(presets if loader == "preset" else transfer, loader, loaded)
     scene("--tf", tf, "--materials", "bone, soft tissue")
     scene("--tf", tf)
     scene(file=f'tf = "{tf}"\nmaterials = ["bone", "soft tissue"]')
     scene("--materials", "fat", file=f'tf = "{tf}"\nmaterials = "bone"')
     both = ("bone", "soft tissue")
     assert asked == [(tf, both), (tf, None), (tf, both), (tf, ("fat",))]
-
-
-def test_only_the_chosen_materials_are_left() -> None:
-    assert scene("--tf", "table-5-1", "--materials", "bone,fat").transfer_function.materials == ("fat", "bone")
 
 
 def test_a_negative_value_after_each_option_that_takes_numbers() -> None:
@@ -273,10 +272,7 @@ WRONG = [
     (["--depth-cue", "1,0,0"], "must be a strength S, or S,R,G,B, got '1,0,0'"),
     (["--depth-cue", "1,-1,0,0"], COLOUR),
     (["--materials", "bone"], "--materials needs --tf, a transfer function that has these materials"),
-    (
-        ["--tf", "table-5-1", "--materials", "bone,"],
-        "--materials: must be names separated by commas, got 'bone,'",
-    ),
+    (["--tf", "table-5-1", "--materials", "bone,"], "--materials: must be names separated by commas, got 'bone,'"),
     (["--tf", "table-5-1", "--materials", "bone,gold"], "material 'gold' not found"),
     (["--tf", "viridis", "--materials", "bone"], "the preset viridis has none"),
     (["--mode", "mop"], "--mode: must be one of composite, xray, mip, minip, average, isosurface, got 'mop'"),
@@ -376,12 +372,14 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
     assert sorted(titles, key=at.__getitem__) == list(titles)
     further = " ".join(
         f"add-{name}"
-        for name in ["tf", "materials", "label-look", "spacing", "transform", "mask"] + list(reading_options.READING)
+        for name in ["tf", "materials", "range", "opacity", "label-look", "unit", "spacing", "transform", "mask"]
+        + list(reading_options.READING)
     )
     groups = {
-        "scene:": "scene tf materials label-look classification spacing transform mask size background gradient",
+        "scene:": "scene tf materials range opacity label-look classification unit spacing transform mask size "
+        "background gradient",
         "further volumes:": f"add {further}",
-        "camera:": "projection eye target up fov height",
+        "camera:": "projection eye target up fov height view azimuth elevation zoom fit",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
         "cutting:": "clip crop caps",
         "geometry:": "mesh depth-in",

@@ -165,7 +165,7 @@ def test_a_mode_of_the_line_drops_further_volumes_of_the_file() -> None:
 
 
 def test_the_camera_frames_all_volumes() -> None:
-    found = scene("--add", "w.npy", "--add-transform", "1,0,0,40,0,1,0,0,0,0,1,0")
+    found = scene("--add", "w.npy", "--add-transform", "1,0,0,40,0,1,0,0,0,0,1,0", "--fit", "box")
     assert found.camera is not None
     np.testing.assert_allclose(found.camera.target, common_box(found.volumes).centre)
     for volume in found.volumes:
@@ -241,7 +241,7 @@ WRONG = [
         "w.npy, transformed: direction must not be sing",
     ),
     (["--add", "w.npy", "--add-time", "all"], "--add-time: must be a whole number of at least 0, got 'all'"),
-    (["--add", "w.npy", "--add-tf", "gold"], "'gold' must be a .json file or a preset"),
+    (["--add", "w.npy", "--add-tf", "gold"], "'gold' must be a .json or .toml file, or a preset"),
     (["--add", "w.npy", "--add-materials", "bone"], "--materials needs --tf"),
     (["--add", "w.npy", "--add-labels"], "w.npy: labels must be whole numbers"),
     (["--add", "w.npy", "--add-label-look", "1=0.5"], "w.npy: values must be labels"),

@@ -16,7 +16,8 @@ from texvol.formats.pictures import image
 from texvol.formats.readers import TimeSeries
 from texvol.output.sequences import representative_volume
 from texvol.rendering.renderer import Renderer
-from texvol.scene.transfer import proposed_for
+from texvol.scene.framing import framed
+from texvol.scene.looks import look_for
 
 STEPS = 4
 
@@ -41,11 +42,12 @@ def test_every_step_is_drawn_with_one_camera_and_one_transfer_function(folder: P
     assert sorted(path.name for path in folder.glob("step_*")) == [f"step_{i:02d}.exr" for i in range(STEPS)]
     assert json.loads(Path("stats.json").read_text())["time"]["views"] == STEPS
     with TimeSeries("moving.nii.gz") as series:
-        transfer, first = proposed_for(representative_volume(series)), series[0]
-        camera = Scene(first, classification="slab").completed((40, 30)).camera
+        stands = representative_volume(series)
+        look = look_for(stands)
+        camera = framed(Scene(stands, look), aspect=40 / 30)
         with Renderer() as renderer:
             for i, volume in enumerate(series):
-                scene = Scene(volume, transfer, camera, classification="post")
+                scene = Scene(volume, look, camera, classification="post")
                 np.testing.assert_array_equal(image.read(f"step_{i:02d}.exr"), renderer.render(scene, (40, 30)))
     # Each says which step it is, so that it can be drawn again.
     metadata = json.loads(read_picture("step_02.exr").attributes["texvol:scene"])
@@ -124,10 +126,10 @@ def test_annotation_is_in_pictures_and_not_in_data(folder: Path) -> None:
 
 def test_what_cuts_is_the_same_on_the_line_and_in_a_scene_file(folder: Path) -> None:
     Path("scene.toml").write_text(
-        'volume = "moving.nii.gz"\ntime = 1\nsize = "40x30"\ncaps = true\ncrop = [-3, 30, 0, 20, -9, 99]\n'
+        'volume = "moving.nii.gz"\ntime = 1\nsize = "40x30"\ncaps = true\ncrop = [-3, 30, 0, 11, -9, 99]\n'
         'clip = [[1, 0.5, 0, 9], {normal = [0, 0, 1], offset = 5}]\ntitle = "cut"\nannotate = ["box"]\n'
     )
-    cut = ["--clip", "1,0.5,0,9", "--clip", "0,0,1,5", "--crop", "-3,30,0,20,-9,99", "--caps"]
+    cut = ["--clip", "1,0.5,0,9", "--clip", "0,0,1,5", "--crop", "-3,30,0,11,-9,99", "--caps"]
     assert run("--time", "1", *cut, "--annotate", "box", "--title", "cut", "-o", "line.png") == 0
     assert main(["render", "--scene", "scene.toml", "-o", "file.png"]) == 0
     np.testing.assert_array_equal(image.read("line.png"), image.read("file.png"))

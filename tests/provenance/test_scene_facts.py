@@ -182,10 +182,10 @@ def drawn_once(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def drawn(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a picture `noise.exr` of `noise.npy`; the current one."""
+    """A folder with a picture `noise.exr` of `noise.npy`, at the rate of texvol 0.3; the current one."""
     monkeypatch.chdir(tmp_path)
     np.save("noise.npy", VOLUME.values)
-    assert main(["render", "noise.npy", "-o", "noise.exr", "--size", "24x20"]) == 0
+    assert main(["render", "noise.npy", "-o", "noise.exr", "--size", "24x20", "--sampling-rate", "1"]) == 0
     return tmp_path
 
 

@@ -9,6 +9,7 @@ from support import closed_forms as known
 
 from texvol.ray_casting import raycast
 from texvol.scene.camera import Camera
+from texvol.scene.looks import look_for
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -330,10 +331,7 @@ def test_a_picture_without_pixels_is_refused(size):
         raycast(Scene(ramp_volume(), uniform(1.0), classification="slab"), size)
 
 
-def test_a_scene_without_transfer_function_takes_the_proposed_one():
-    transfer = pytest.importorskip("texvol.scene.transfer")
-    if not hasattr(transfer, "proposed_for"):
-        pytest.skip("no proposal yet")
+def test_a_scene_without_transfer_function_takes_the_look_of_its_data():
     volume = ramp_volume()
-    proposed = raycast(Scene(volume, transfer.proposed_for(volume), classification="slab"), (5, 5))
+    proposed = raycast(Scene(volume, look_for(volume), classification="slab"), (5, 5))
     np.testing.assert_array_equal(raycast(Scene(volume, classification="slab"), (5, 5)), proposed)

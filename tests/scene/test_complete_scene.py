@@ -9,6 +9,8 @@ import pytest
 from support.scenes import FOG, random_volume
 
 from texvol import AddedVolume, Camera, InputError, Mask, Scene
+from texvol.scene.framing import framed
+from texvol.scene.looks import look_for
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import preset, proposed_for
 
@@ -19,8 +21,9 @@ def test_what_is_left_open_is_settled() -> None:
     volume, other = random_volume(1), random_volume(2)
     complete = Scene(volume, added=(AddedVolume(other),), classification="slab").completed(SIZE)
     assert isinstance(complete, CompleteScene)
-    assert complete.camera == Camera.framing(complete.box, aspect=4 / 3)
-    assert complete.transfer_function is proposed_for(volume)
+    assert complete.camera == framed(complete, aspect=4 / 3)
+    assert complete.transfer_function is look_for(volume).transfer_function
+    assert complete.lighting == look_for(volume).lighting
     assert complete.added[0].transfer_function is proposed_for(other)
 
 

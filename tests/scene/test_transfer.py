@@ -159,7 +159,7 @@ def _blob(low: float, high: float, dtype: type) -> Volume:
     return Volume((low + (high - low) * shape).astype(dtype))
 
 
-@pytest.mark.parametrize("name", transfer.PRESETS)
+@pytest.mark.parametrize("name", [name for name in transfer.PRESETS if name != "diverging"])  # which is about zero
 @pytest.mark.parametrize(
     "volume",
     [_blob(-1000, 2000, np.int16), _blob(0, 250, np.uint8), _blob(1e-3, 2e-3, np.float32), _blob(0, 60000, np.uint16)],

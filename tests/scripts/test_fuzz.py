@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
+from random import Random
 
 import pytest
 from support.fuzzing import campaign as fuzz
 from support.fuzzing import readers as fuzz_readers
 from support.fuzzing.children import LEAKED, MEMORY, MESSAGE, PRINTED, RAISED, READ, REFUSED, SIGNAL, TIME, Limits, run
 from support.fuzzing.mutations import damaged
+from support.fuzzing.mutations_stores import Link, damaged_store
 
 from texvol import InputError
 from texvol.comparison import pictures
@@ -22,11 +27,12 @@ from texvol.geometry import reading
 
 COUNT = 2800  # of damaged files: all made by hand, and 72 more of a kind, 12 of slow ones; see scripts/fuzz.py
 SEED = 18
+SCRIPT = Path(__file__).parents[2] / "scripts/fuzz.py"
 
 
 @pytest.fixture(scope="module")
 def inputs() -> fuzz.Inputs:
-    return fuzz.Inputs(SEED)
+    return fuzz.Inputs(SEED, leaving=fuzz.THREADED)
 
 
 @pytest.mark.slow
@@ -41,9 +47,32 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
         assert results.counts[kind, REFUSED] > 0.05 * COUNT / len(inputs.kinds) or kind == "recent", kind
 
 
+def test_damaged_stores_are_read_or_refused(tmp_path: Path) -> None:
+    """In a process of their own: whoever forks must not have threads of TensorStore."""
+    line = [sys.executable, str(SCRIPT), "--kinds", "zarr", "--count", "600", "--seed", str(SEED), "-o", str(tmp_path)]
+    done = subprocess.run(line, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr
+    ((read, refused),) = re.findall(r"\| zarr \| 600 \| (\d+) \| (\d+) \|", done.stdout)
+    assert int(read) + int(refused) == 600
+    assert min(int(read), int(refused)) > 60, "the damage teaches nothing"
+
+
+def test_damage_of_stores_is_of_every_kind() -> None:
+    sound = {"v.zarr/zarr.json": b'{"attributes": {"shape": [1, 2, 3]}}', "v.zarr/0/zarr.json": b'{"shape": [1]}'}
+    sound["v.zarr/0/c/0"] = bytes(range(200))
+    found = [damaged_store(sound, Random(seed)) for seed in range(1000)]
+    assert sum(len(each) < len(sound) for each in found) > 50, "files are missing"
+    assert sum(any(isinstance(one, Link) for one in each.values()) for each in found) > 50
+    assert sum(each.get("v.zarr/0/c/0", sound["v.zarr/0/c/0"]) != sound["v.zarr/0/c/0"] for each in found) > 100
+    texts = [each.get("v.zarr/zarr.json", b"") for each in found]
+    assert sum(each != sound["v.zarr/zarr.json"] for each in texts) > 200
+    assert any(b"1099511627776" in each for each in texts)
+    assert damaged_store(sound, Random(3)) == damaged_store(sound, Random(3))
+
+
 def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> None:
     known = " ".join(inputs.kinds)
-    # Zarr is read by threads, which do not outlive a fork: formats/stores/test_faulty_stores.py damages its files.
+    # Zarr is read by threads, which do not outlive a fork of this process: it is in the campaign below.
     for name in (
         *(each for each in FORMATS if each != "Zarr"),
         "dicom-rle",
@@ -60,7 +89,7 @@ def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> No
 
 
 def test_an_input_depends_on_its_number_alone(inputs: fuzz.Inputs) -> None:
-    again = fuzz.Inputs(SEED)
+    again = fuzz.Inputs(SEED, leaving=fuzz.THREADED)
     numbers = (0, 700, 3001, 999_999)
     assert [inputs.made(number) for number in numbers[::-1]] == [again.made(number) for number in numbers][::-1]
     assert again.sound == inputs.sound
@@ -69,8 +98,6 @@ def test_an_input_depends_on_its_number_alone(inputs: fuzz.Inputs) -> None:
 
 
 def test_damage_is_done_to_headers_and_to_samples() -> None:
-    from random import Random
-
     sound = b"sizes: 5 4 3\nencoding: raw\n\n" + bytes(range(200)) * 10
     found = {damaged(sound, Random(seed)) for seed in range(2000)}
     assert len(found) > 1800

@@ -6,6 +6,7 @@ from typing import Any
 from unittest.mock import patch
 
 from texvol import Renderer
+from texvol.rendering.stats import sampled_slabs
 
 
 def quick_stats(renderer: Renderer, samples: bool = False) -> dict[str, Any]:
@@ -15,8 +16,9 @@ def quick_stats(renderer: Renderer, samples: bool = False) -> dict[str, Any]:
     picture that a test looks at.
     """
     assert renderer._last is not None
-    left_out: dict[str, Any] = {"_estimated_error": None}
-    if not samples:
-        left_out["_samples"] = (None, None)
-    with patch.multiple(renderer, **{name: lambda *_, value=value: value for name, value in left_out.items()}):
+    count = sampled_slabs if samples else lambda *_: {"samples": None, "samples_total": None}
+    with (
+        patch.object(renderer, "_estimated_error", lambda *_: None),
+        patch("texvol.rendering.renderer.sampled_slabs", count),
+    ):
         return renderer._metadata(*renderer._last)

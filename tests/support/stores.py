@@ -131,9 +131,10 @@ def write_imaris(path: Path, values: NDArray, *, levels: int = 2, chunk: int = 1
 
 
 class _Quiet(http.server.SimpleHTTPRequestHandler):
-    """Handler that logs nothing, and drops the connection once its server is `broken`."""
+    """Handler that notes what its server is `asked` for, and drops the connection once it is `broken`."""
 
     def do_GET(self) -> None:
+        self.server.asked.append(self.path)  # type: ignore[attr-defined]
         if getattr(self.server, "broken", False):
             self.connection.close()
             return
@@ -149,6 +150,7 @@ class _Quiet(http.server.SimpleHTTPRequestHandler):
 def served(folder: Path) -> Iterator[tuple[str, http.server.ThreadingHTTPServer]]:
     """URL of a folder, and its server, which stops when `broken` is set."""
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), partial(_Quiet, directory=os.fspath(folder)))
+    server.asked = []  # type: ignore[attr-defined]
     thread = threading.Thread(target=server.serve_forever, args=(0.05,), daemon=True)
     thread.start()
     try:

@@ -24,9 +24,10 @@ from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.lighting import DepthCue, Lighting
+from texvol.scene.looks import look_for
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction, proposed_for
+from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.cells import CELL
 from texvol.textures import halving as coarser
@@ -356,7 +357,7 @@ def test_in_bricks_it_is_the_same_picture(renderer: Renderer, megabytes: float) 
 def test_a_proposed_transfer_function_is_that_of_all_samples(renderer: Renderer) -> None:
     scene = replace(scene_of(waves()), transfer_function=None)
     picture, halvings = drawn(renderer, scene, 9)
-    known = replace(scene, transfer_function=proposed_for(scene.volume))
+    known = replace(scene, transfer_function=look_for(scene.volume))
     np.testing.assert_array_equal(picture, drawn(renderer, known, 9)[0])
     assert halvings == renderer.stats["halvings"]
 

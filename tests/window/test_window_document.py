@@ -9,6 +9,7 @@ import pytest
 
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.framing import filled
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.window import navigation
@@ -66,7 +67,8 @@ def test_what_is_added_is_seen_and_undone_the_view_is_as_before(document: Docume
     before = document.view.camera
     document.change(added=(AddedVolume(FAR, FOG),))
     both = document.view.camera
-    assert 0 <= margin(both, document.scene.box, WIDE) < 0.3 and both.height > before.height
+    shown = filled(both, document.scene, WIDE[0] / WIDE[1])
+    assert both.height == pytest.approx(shown.height) and both.height > 2 * before.height
     document.undo()
     assert document.view.camera.height == pytest.approx(before.height)
     document.redo()

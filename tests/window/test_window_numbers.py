@@ -93,10 +93,11 @@ def test_air_is_saved_as_it_is(folder, runner, air) -> None:
 
 def test_a_mode_has_what_it_needs_and_nothing_else(folder) -> None:
     document = opened_file("ct.npy", SIZE)
+    light = document.scene.lighting
     for mode in ("xray", "isosurface", "xray", "mip", "composite", "xray"):
         document.change(**editing.with_mode(document.scene, mode))
         assert (document.scene.air == HOUNSFIELD) == (mode == "xray")
-    assert not document.scene.lighting
+    assert document.scene.lighting == light
 
 
 def test_the_line_wins_over_what_was_saved(folder) -> None:

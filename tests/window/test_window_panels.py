@@ -116,7 +116,7 @@ def test_a_drag_with_the_right_button_changes_level_and_window(display: str, tmp
         *drag(2.0, (200, 0)),
         {"t": 2.6, "do": "screenshot", "file": "3.png"},
     ]
-    words = ["--size", "240x800", "--max-error", "0.1", "--script", script(tmp_path, steps)]
+    words = ["--size", "240x800", "--light", "none", "--max-error", "0.1", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
     assert (done.returncode, done.stderr) == (0, "")
     seen = [eight_bits(tmp_path / f"{number}.png")[100:280, 330:510].mean(axis=2) for number in range(4)]
@@ -136,7 +136,7 @@ def test_a_slice_that_is_clicked_twice_fills_the_panel_and_back(display: str, tm
         *clicked_twice(1.3, 420, 180),
         {"t": 1.9, "do": "screenshot", "file": "again.png"},
     ]
-    words = ["--size", "240x800", "--max-error", "0.1", "--script", script(tmp_path, steps)]
+    words = ["--size", "240x800", "--light", "none", "--max-error", "0.1", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
     assert (done.returncode, done.stderr) == (0, "")
 

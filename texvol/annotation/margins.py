@@ -26,6 +26,8 @@ from texvol.annotation.legend_content import contents_of
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import Sheet
 from texvol.scene.camera import FRAMING_MARGIN, Camera
+from texvol.scene.content import content_of
+from texvol.scene.framing import extent_seen
 from texvol.scene.scene import Scene
 
 # Margins of the parts in ems: left, right, top, bottom.
@@ -34,12 +36,48 @@ _LETTERS = (2.0, 2.0, 2.0, 2.0)
 _SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
 _AXES = (4.5, 2.5, 1.0, 3.5)
 _LEGEND_AIR = 1.2
-_LEAST_LEFT = 0.4  # least fraction of each side that is left to the box: beyond, annotation has to be left out
+_LEAST_LEFT = 0.78  # least fraction of each side that is left to the picture; annotation then lies over its edges
+_LEAST, _ENOUGH = 0.70, 0.72  # of the picture: less than the first, and what shows is enlarged to the second
+_STEPS = 4  # towards a perspective eye
 
 
 def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
     """Return the moved camera; see `annotation.with_room`."""
-    (left, right), (bottom, top) = _free(scene, size, annotation)
+    free = _free(scene, size, annotation)
+    around_box = _box_in(free, camera, scene)
+    if scene.mode not in ("composite", "isosurface"):
+        return around_box
+    return _filled(around_box, free, scene, size[0] / size[1])
+
+
+def _filled(camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene, aspect: float) -> Camera:
+    """Return the camera nearer to what shows if that fills less than `_LEAST` of the picture, whatever of the box."""
+    content = content_of(scene.looked)
+    for step in range(_STEPS):
+        seen = extent_seen(camera, content) if content else None
+        if seen is None:
+            return camera
+        extent, depth = seen
+        (left, right), (bottom, top) = extent
+        side = max((right - left) / (2 * aspect), (top - bottom) / 2)
+        if side >= (_LEAST if step == 0 else _ENOUGH * (1 - 1e-3)):
+            return camera
+        closer = side / _ENOUGH
+        half = camera.half_height * (depth if camera.projection == "perspective" else 1.0)
+        middles = [
+            ((low + high) / 2, (begin + end) / 2) for (low, high), (begin, end) in zip(extent, free, strict=True)
+        ]
+        shift = [half * (middle - closer * wanted) for middle, wanted in middles]
+        if camera.projection == "orthographic":
+            camera = _moved(replace(camera, height=camera.height * closer), shift, 0.0)
+        else:
+            camera = _moved(camera, shift, -depth * (1 - closer))
+    return camera
+
+
+def _box_in(free: tuple[tuple[float, float], ...], camera: Camera, scene: Scene) -> Camera:
+    """Return the camera moved so that the box fits into what the annotation leaves free."""
+    (left, right), (bottom, top) = free
     corners = np.concatenate([
         camera.in_eye_space(volume.corners_from_centre, volume.centre) for volume in scene.volumes
     ])  # fmt: skip

@@ -14,7 +14,7 @@ from texvol.annotation.marks import Mark, Point, Size
 # The first layer lies behind the medium, the others over it in this order. Outlines of letters come before all letters,
 # so that they cover no neighbouring letter.
 LAYERS = ("behind", "box", "outline", "fill", "line", "text")
-_EM = 1 / 30  # of the picture's height: 17 pixels for 512 …
+_EM = 1 / 40  # of the picture's height: 13 pixels for 512 …
 _SLIMMEST = 1.5  # … or of the width times this factor, if that is smaller
 _LEAST_EM = 9.0  # pixels: smaller letters can't be read; small pictures have less text instead
 _LINE = 1 / 12  # width of lines, in ems

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import nullcontext
 from typing import NoReturn
 
 import numpy as np
@@ -21,6 +23,7 @@ from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
 from texvol.cli.info import add_info
 from texvol.cli.methods import add_methods
+from texvol.cli.presets import add_presets
 from texvol.cli.raycast import add_raycast
 from texvol.cli.render import add_render
 from texvol.cli.report import add_report
@@ -29,7 +32,8 @@ from texvol.cli.view import add_view
 from texvol.options import scene_options as options
 from texvol.util import remarks, termination
 from texvol.util.errors import AccuracyWarning, InputError, TexvolError
-from texvol.util.terminal import complain
+from texvol.util.suggestions import did_you_mean
+from texvol.util.terminal import complain, showing_progress
 from texvol.util.version import __version__
 
 # In the order of `texvol --help`.
@@ -45,9 +49,13 @@ _COMMANDS = (
         add_surface,
         add_convert,
         add_demo,
+        add_presets,
     ),
     add_help_command,
 )
+
+
+_UNKNOWN = r"unrecognized arguments: (--[\w-]+).*|.*invalid choice: '([^']*)' \(choose from (.*)\)"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -55,7 +63,15 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         # argparse begins with "argument --size: …"; the option's name alone is enough.
-        raise InputError(message.removeprefix("argument ") + f" (see {self.prog} --help)")
+        found = re.fullmatch(
+            r"unrecognized arguments: (--[\w-]+).*|.*invalid choice: '([^']*)' \(choose from (.*)\)", message
+        )
+        near = ""
+        if found and found[1]:
+            near = did_you_mean(found[1], _options(self))
+        elif found:
+            near = did_you_mean(found[2], re.findall(r"[\w-]+", found[3]))
+        raise InputError(message.removeprefix("argument ") + near + f" (see {self.prog} --help)")
 
 
 def main(line: Sequence[str] | None = None) -> int:
@@ -67,7 +83,8 @@ def main(line: Sequence[str] | None = None) -> int:
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
-            status = arguments.run(arguments)
+            with nullcontext() if line[:1] == ["view"] else showing_progress():
+                status = arguments.run(arguments)
         for warning in caught:
             complain(f"warning: {warning.message}")
         for remark in remarks.taken():
@@ -93,6 +110,16 @@ def _parser() -> argparse.ArgumentParser:
     for add in _COMMANDS:
         add(commands)
     return parser
+
+
+def _options(parser: argparse.ArgumentParser) -> list[str]:
+    """Return the names of all options of a parser and its commands."""
+    found: list[str] = []
+    for action in parser._actions:
+        found += [name for name in action.option_strings if name.startswith("--")]
+        if isinstance(action, argparse._SubParsersAction):
+            found += [name for command in action.choices.values() for name in _options(command)]
+    return found
 
 
 def _reason(error: BaseException) -> str:

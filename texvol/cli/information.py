@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from texvol.cli.store_information import store_metadata, store_rows
 from texvol.formats.readers import resampling
 from texvol.scene.air import hounsfield_by
+from texvol.scene.kinds import kind_of
 from texvol.scene.lone_extremes import LoneExtreme, lone_extremes
+from texvol.scene.looks import look_name
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown_line
 from texvol.util.statistics import chunks, finite
@@ -37,6 +39,8 @@ def metadata(volume: Volume) -> dict[str, Any]:
     of values and gradients that `post` and `integrated` need for light or contours (`slab` and `extinction` store no
     gradient). `resampling` is None if the samples are those of the file; `notes` are the reader's choices.
 
+    `kind` is what the values are taken for in a first picture, `kind_reason` says why, and `look` what it is drawn in.
+
     `labels` is None for measured values; for labels it has their `count`, and label and number of samples of the first.
     `hounsfield` is "file" if the file says that values are Hounsfield units, "values" if the file names no unit and the
     values look like Hounsfield units, else None. `color` is True if each sample has its own colour; the value is then
@@ -60,6 +64,7 @@ def metadata(volume: Volume) -> dict[str, Any]:
         "unit": volume.unit,
         "value_unit": volume.value_unit,
         "hounsfield": hounsfield_by(seen) or None,
+        **_kind(volume),
         "space": volume.space,
         "origin": _numbers(volume.origin),
         "direction": [_numbers(row) for row in volume.direction],
@@ -101,6 +106,7 @@ def text(metadata: dict[str, Any]) -> str:
         ("extinction", metadata["extinction_unit"]),
         *(_titled("labels", _label_lines(metadata)) if metadata["labels"] else [("values", _values(metadata))]),
         *([("value unit", _unit_row(metadata))] if metadata["value_unit"] or metadata["hounsfield"] else []),
+        *_titled("kind", _kind_lines(metadata)),
         *([("colour", "each sample has its own; the value is its amount")] if metadata["color"] else []),
         *([("", _overview_line(metadata["values_of"]))] if metadata["values_of"] else []),
         *_titled("alone", map(_lone_line, metadata["lone_extremes"])),
@@ -144,6 +150,19 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
 def _lone(extreme: LoneExtreme) -> dict[str, Any]:
     found = extreme._asdict()
     return {("missing" if key == "text" else key): value for key, value in found.items()}
+
+
+def _kind(volume: Volume) -> dict[str, str]:
+    kind = kind_of(volume)
+    return {"kind": kind.name, "kind_reason": kind.reason, "look": look_name(volume)}
+
+
+def _kind_lines(metadata: dict[str, Any]) -> list[str]:
+    """Return what the first picture takes the values for, and why."""
+    drawn = f"drawn in the look {metadata['look']} unless --tf says another"
+    if metadata["kind"] == "labels" and not metadata["labels"]:
+        drawn = "drawn as labels; --no-labels draws them as values"
+    return [f"{metadata['kind']}, since {metadata['kind_reason']}", drawn]
 
 
 def _overview_line(values_of: dict[str, Any]) -> str:

@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> None:
         )
     folder.check_folder(arguments.output)
     folder.check_libraries("texvol methods")
-    scene = scene_options.scene(scene_options.load())
+    scene = scene_options.scene(scene_options.load(), lit_by_default=False)  # no method of the survey draws light
     command = shlex.join(["texvol", *arguments.line])
     page = methods_report(
         scene, arguments.output, scene_options.size, names, backend=arguments.backend, command=command

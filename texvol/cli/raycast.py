@@ -53,7 +53,9 @@ def run(arguments: argparse.Namespace) -> None:
     scene_options = options.SceneOptions(arguments)
     image.check_writable(arguments.output)
     check_outputs(arguments, scene_options)
-    scene = scene_options.scene(scene_options.load(), in_8_bits=not is_exact(arguments.output))
+    unlit = arguments.exact_cells  # which have no gradient
+    in_8_bits = not is_exact(arguments.output)
+    scene = scene_options.scene(scene_options.load(), in_8_bits=in_8_bits, lit_by_default=not unlit)
 
     from texvol.ray_casting.projection import isosurface_depth
 

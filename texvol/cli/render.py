@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
 from texvol.cli.common import add_backend, add_depth, check_outputs
+from texvol.cli.summary import reasons, summary
 from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
@@ -26,7 +27,7 @@ from texvol.scene.scene import Scene
 from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import say, status_line
+from texvol.util.terminal import say, stage, status_line
 
 if TYPE_CHECKING:
     import numpy as np
@@ -63,7 +64,11 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("accuracy and device")
     thickness = group.add_mutually_exclusive_group()
     thickness.add_argument("--slab-thickness", type=texts.number, metavar="L", help="world units")
-    thickness.add_argument("--sampling-rate", type=texts.number, metavar="R", help="slabs per smallest spacing (1)")
+    thickness.add_argument(
+        "--sampling-rate", type=texts.number, metavar="R",
+        help="slabs per smallest spacing (1; by --classification auto as many as an error of 1/64 needs, if half a "
+        "second is enough)",
+    )  # fmt: skip
     thickness.add_argument(
         "--max-error", type=texts.number, metavar="E", help="maximum absolute error of the linear picture"
     )
@@ -73,7 +78,7 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--level-error", type=texts.number, metavar="E",
-        help="error that coarser levels of a store may have, by prediction (half of --max-error)",
+        help="error that coarser levels of a store may have, by prediction (three quarters of --max-error)",
     )  # fmt: skip
     group.add_argument("--strict", action="store_true", help="exit with status 1 if --max-error is not reached")
     group.add_argument(
@@ -135,7 +140,10 @@ def _add_orbit(parser: argparse.ArgumentParser) -> None:
     )
     views = partial(texts.count, what="views")
     group.add_argument("--orbit", type=views, metavar="N", help="N views, 360/N degrees apart")
-    group.add_argument("--fps", type=texts.frames_per_second, metavar="F", help="frames per second of a film (30)")
+    group.add_argument(
+        "--fps", type=texts.frames_per_second, metavar="F",
+        help="frames per second of a film (30, or fewer so that it lasts 2 seconds)",
+    )  # fmt: skip
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -152,15 +160,17 @@ def run(arguments: argparse.Namespace) -> None:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
     volume.expect_overview()  # while the context is opened
-    with _renderer(arguments) as renderer:
+    is_single = series is None and arguments.orbit is None
+    with _renderer(arguments, is_single) as renderer:
         picture, depth, sequence_stats = None, None, {}
-        if series is None and arguments.orbit is None:
+        if is_single:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)
             depth = renderer.depth() if arguments.depth else None
         else:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
+        error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
     # Encoding begins after the textures are released: both need much memory.
@@ -176,15 +186,17 @@ def run(arguments: argparse.Namespace) -> None:
         files[arguments.stats] = (json.dumps(stats | sequence_stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
-    for sentence in (*said, *([f"classification {chosen.sentence}"] if chosen else [])):
-        say(sentence)
+    said += [f"classification {chosen.sentence}"] if chosen else []
+    said += [*reasons(scene_options, scene), summary(scene_options, scene, arguments.output, error, start)]
+    say("\n".join(said))
 
 
 @contextmanager
-def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
+def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
     from texvol.rendering.renderer import Renderer
 
+    stage("drawing")
     workers = workers_of(arguments)
     if workers is None:
         with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
@@ -193,7 +205,8 @@ def _renderer(arguments: argparse.Namespace) -> Iterator[Renderer]:
     from texvol.distributed.renderer import DistributedRenderer
 
     with workers, DistributedRenderer(workers, backend=arguments.backend) as drawing, status_line() as show:
-        drawing.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
+        if is_single:  # otherwise frames are counted
+            drawing.tell = lambda fraction: show(f"texvol: {100 * fraction:.0f} % of the blocks")
         yield drawing
 
 

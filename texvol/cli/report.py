@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> None:
         raise InputError("--depth-in is of a single picture: leave it out of a report")
     report.check_folder(arguments.output)
     report.check_libraries()
-    scene = scene_options.scene(scene_options.load())
+    scene = scene_options.scene(scene_options.load(), lit_by_default=False)
     command = shlex.join(["texvol", *arguments.line])
     how = {"backend": arguments.backend, "quick": arguments.quick, "command": command}
     page = report.report(scene, arguments.output, scene_options.size, **how)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Generator, Iterable, Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from typing import Any
 
@@ -11,14 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.distributed.blocks import Block, Tree, blocks_of, composited, leaves
-from texvol.distributed.drawing import Drawn, Order
+from texvol.distributed.drawing import Drawn, DrawnFrame, Order
+from texvol.distributed.frames import SINGLE, Division, FramesOverWorkers, division_of, reason_for_blocks
 from texvol.distributed.workers import Workers
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import Stopwatch
+from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
+from texvol.rendering.streaming.kinds import drawable
+from texvol.rendering.streaming.levels import remark_on_coarse_levels
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
@@ -50,6 +54,72 @@ class DistributedRenderer(Renderer):
         self.workers = workers
         self._oracle = workers.raycast_pixels
         self._distributed = DistributedPictures(workers, blocks, self._context, self._watch)
+        self._blocks, self._division = blocks, SINGLE
+        self._in_sequence = False  # True while frames are drawn in blocks
+        self._whole: FramesOverWorkers | None = None  # if workers drew the last pictures whole
+
+    def render(self, scene: Scene, size: Size = (512, 512), **accuracy: Any) -> NDArray[np.float32]:
+        """Return the scene's picture, drawn in blocks; see `Renderer.render`."""
+        self._whole = None
+        if not self._in_sequence:
+            self._division = SINGLE
+        return super().render(scene, size, **accuracy)
+
+    def frames(
+        self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
+    ) -> Generator[Frame, None, None]:
+        """Yield the frames of `count` scenes, see `Renderer.frames`.
+
+        Each worker draws whole frames, unless there are fewer frames than workers, the number of blocks was given, or
+        a frame fits into the memory of workers in blocks only. `stats` says which.
+        """
+        kept, rest = None, iter(scenes)
+        self._division = division_of(count, self.workers.count, self._blocks)
+        if self._division.divided == "frames":
+            for frame in self._whole_frames(rest, size, views, accuracy):
+                kept = frame.kept
+                yield frame
+        self._in_sequence = True
+        try:
+            yield from drawn_one_by_one(self, rest, size, views, accuracy, kept)
+        finally:
+            self._in_sequence = False
+
+    def _whole_frames(
+        self, scenes: Iterable[Scene], size: Size, views: int, accuracy: dict[str, Any]
+    ) -> Generator[Frame, None, None]:
+        """Yield frames that workers draw whole: all, or the first one if it shows that blocks are better."""
+
+        def reason_to_stop(scene: Scene, frame: DrawnFrame) -> str | None:
+            reason = None if reason_for_one(scene) else reason_for_blocks(frame, self.workers.count)
+            if reason is not None:
+                self._division = Division("blocks", reason)
+            return reason
+
+        size = self._compositor.checked_size(size)
+        self._whole = whole = FramesOverWorkers(self.workers, size, views, accuracy)
+        scenes = (drawable(each, size, accuracy.get("texture_refinement")) for each in scenes)
+        with closing(whole.drawn(scenes, reason_to_stop)) as drawn:
+            for scene, frame in drawn:
+                yield self._noted_frame(scene, size, frame)
+
+    def _noted_frame(self, scene: Scene, size: Size, drawn: DrawnFrame) -> Frame:
+        """Return a frame that a worker drew, which is the last picture of this renderer now."""
+        scene = scene.classified_as(drawn.kept.classification)
+        self._last = scene.completed(size), size, drawn.settings
+        self._stats, self._estimate, self.drawn_scene = {}, None, scene
+        self._check, self.chosen = drawn.check, drawn.chosen
+        remark_on_coarse_levels(scene.volume, drawn.settings)
+        return Frame(drawn.picture.whole(size), scene, self.settings, drawn.kept)
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report of the last picture, see `Renderer.stats`, and how it was divided among workers."""
+        if self._whole is not None and not self._stats:
+            self._stats = self._whole.report()
+        found = super().stats
+        frames = {"frames": self._whole.stats} if self._whole is not None else {}
+        return found and found | vars(self._division) | {"workers": self.workers.count} | frames
 
     def _pictures_of(self, scene: Scene) -> Pictures:
         return self._distributed
@@ -145,7 +215,7 @@ class DistributedPictures:
         return self._cut[1]
 
 
-def reason_for_one(scene: CompleteScene) -> str | None:
+def reason_for_one(scene: Scene) -> str | None:
     """Return what of a scene keeps it from being cut into blocks; None if nothing does."""
     if scene.mode != "composite":
         return f"mode {scene.mode}"

@@ -14,7 +14,7 @@ from typing import Any
 
 from texvol.scene.lighting import Lighting
 from texvol.scene.mask import Mask
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -27,10 +27,11 @@ class Packer:
     """Makes bytes of scenes, and of each of their parts once."""
 
     def __init__(self) -> None:
-        self._known: dict[int, tuple[Any, str]] = {}  # parts by identity, kept so that it stays theirs
+        # Parts by identity, kept so that it stays theirs, with their digests and those of the parts in them.
+        self._known: dict[int, tuple[Any, str, dict[str, None]]] = {}
         self.parts: dict[str, bytes] = {}
 
-    def pack(self, scene: CompleteScene) -> tuple[bytes, tuple[str, ...]]:
+    def pack(self, scene: Scene) -> tuple[bytes, tuple[str, ...]]:
         """Return a scene as bytes, and the digests of its parts, whose bytes are in `parts`.
 
         Raises
@@ -67,10 +68,12 @@ class Packer:
     def _digest(self, part: Any, used: dict[str, None]) -> str:
         known = self._known.get(id(part))
         if known is None:
-            content = self._packed(part, part, used)
-            known = part, hashlib.blake2b(content, digest_size=16).hexdigest()
+            inner: dict[str, None] = {}
+            content = self._packed(part, part, inner)
+            known = part, hashlib.blake2b(content, digest_size=16).hexdigest(), inner
             self._known[id(part)] = known
             self.parts[known[1]] = content
+        used.update(known[2])
         return known[1]
 
 
@@ -80,7 +83,7 @@ class Unpacker:
     def __init__(self) -> None:
         self._parts: OrderedDict[str, Any] = OrderedDict()
 
-    def unpack(self, content: bytes, parts: dict[str, bytes]) -> CompleteScene:
+    def unpack(self, content: bytes, parts: dict[str, bytes]) -> Scene:
         """Return the scene of the bytes that `Packer.pack` made; `parts` has those of its parts by their digests."""
         scene = self._unpacked(content, parts)
         while len(self._parts) > max(_MOST_KEPT, len(parts)):
@@ -88,7 +91,7 @@ class Unpacker:
         volumes = [digest for digest, part in self._parts.items() if isinstance(part, Volume) and digest not in parts]
         for digest in volumes:  # which take much memory
             del self._parts[digest]
-        assert isinstance(scene, CompleteScene)
+        assert isinstance(scene, Scene)
         return scene
 
     def _unpacked(self, content: bytes, parts: dict[str, bytes]) -> Any:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import logging
 import os
+import time
 from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Self, TypeVar
 
@@ -12,13 +16,16 @@ from numpy.typing import NDArray
 
 from texvol.distributed import drawing
 from texvol.distributed.cropped import Cropped, over
-from texvol.distributed.drawing import Drawn, Machine, Order
+from texvol.distributed.drawing import Drawn, DrawnFrame, FrameOrder, Machine, Order
 from texvol.distributed.sending import Packer
 from texvol.scene.scene import CompleteScene, Scene, checked_size
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.memory import free_memory
+from texvol.util.termination import unheard_by_children
 
 T = TypeVar("T")
+_MOST_LOSSES = 4  # as often as Dask, by default, lets workers die of a task
+_PAUSE = 0.5  # seconds, in which a scheduler notices that a worker is gone
 _TILE = 4096  # pixels of the oracle, at most, in one piece
 _PATIENCE = 60.0  # seconds for a scheduler to answer and for its workers to come
 
@@ -70,10 +77,15 @@ class Workers:
         textures = int(texture_memory * 1e6) if texture_memory else None
         self._machine, self._packer, self._cluster = Machine(backend, textures, memory), Packer(), None
         self._sent: dict[str, Any] = {}
-        if address is None:
-            self._start(count or os.cpu_count() or 1)
-        else:
-            self._connect(address, tls_ca, tls_cert, tls_key)
+        self._client: Any = None
+        try:
+            if address is None:
+                self._start(count or os.cpu_count() or 1)
+            else:
+                self._connect(address, tls_ca, tls_cert, tls_key)
+        except BaseException:
+            self.close()
+            raise
 
     def _start(self, count: int) -> None:
         """Start processes on this machine."""
@@ -90,7 +102,7 @@ class Workers:
             "distributed.scheduler.http.routes": [],
             "distributed.worker.http.routes": [],
         }
-        with dask.config.set(settings):
+        with dask.config.set(settings), unheard_by_children():
             self._cluster = distributed.LocalCluster(
                 n_workers=count,
                 threads_per_worker=1,
@@ -107,6 +119,8 @@ class Workers:
     def _connect(self, address: str, ca: str | None, cert: str | None, key: str | None) -> None:
         """Connect to the scheduler of a cluster, and wait for a worker."""
         _, distributed = _libraries()
+        # Of workers and schedulers that are gone an error tells, or nothing where others take their place.
+        logging.getLogger("distributed.client").setLevel(logging.CRITICAL + 1)
         security = None
         if ca or cert or key:
             for path in (ca, cert, key):
@@ -127,7 +141,7 @@ class Workers:
     @property
     def count(self) -> int:
         """Number of workers there are now, at least 1."""
-        return max(len(self._addresses()), 1)
+        return max(len(self.addresses()), 1)
 
     def raycast(
         self,
@@ -149,15 +163,20 @@ class Workers:
         tell: Callable[[float], None] = lambda fraction: None,
     ) -> NDArray[np.float64]:
         """Return some pixels of the exact picture, shape (n, 4); `pixels` has column and row of each."""
-        packed, digests = self._packer.pack(scene.completed(size))
-        parts = self._parts(digests)
+        complete = scene.completed(size)
         tiles = np.array_split(pixels, max(-(-len(pixels) // _TILE), min(self.count, max(len(pixels), 1))))
-        futures = [
-            self._client.submit(drawing.raycast_pixels, self._machine, packed, size, tile, parts, pure=False)
-            for tile in tiles
-        ]
-        self._wait(futures, tell)
-        return np.concatenate(self._gathered(futures))
+
+        def drawn() -> list[NDArray[np.float64]]:
+            packed, digests = self._packer.pack(complete)
+            parts = self._parts(digests)
+            futures = [
+                self._client.submit(drawing.raycast_pixels, self._machine, packed, size, tile, parts, pure=False)
+                for tile in tiles
+            ]
+            self._wait(futures, tell)
+            return self._gathered(futures)
+
+        return np.concatenate(self.again_if_lost(drawn))
 
     def draw(
         self,
@@ -176,9 +195,18 @@ class Workers:
             Is given the picture of a number, and *over*; returns the picture of all. Without it blocks are returned
             with their pictures.
         """
+        return self.again_if_lost(lambda: self._drawn(scene, orders, composited, tell))
+
+    def _drawn(
+        self,
+        scene: CompleteScene,
+        orders: Sequence[Order],
+        composited: Callable[[Callable[[int], Any], Callable[[Any, Any], Any]], Any] | None,
+        tell: Callable[[float], None],
+    ) -> tuple[list[Drawn], Cropped | None]:
         packed, digests = self._packer.pack(scene)
         self._packer.forget(digests)
-        parts, addresses = self._parts(digests), self._addresses()
+        parts, addresses = self._parts(digests), self.addresses()
         client = self._client
         # The same block goes to the same worker, which has its textures; if that is gone, to any other.
         drawn = [
@@ -203,10 +231,61 @@ class Workers:
         picture, *stats = self._gathered([whole, *told])
         return stats, picture
 
+    def begin_frame(self, scene: Scene, order: FrameOrder, address: str) -> Any:
+        """Let a worker draw a whole frame, or another one if that is gone; return the frame to come.
+
+        Parts of a scene that is seen from several sides are sent to all workers at once.
+        """
+        content, digests = self._packer.pack(scene)
+        self._packer.forget(digests)
+        parts = self._parts(digests, None if order.views > 1 else address)
+        return self._submitted(address, drawing.draw_frame, self._machine, order, content, parts)
+
+    def prepare(self, scene: Scene, addresses: Sequence[str]) -> list[Any]:
+        """Let workers open their contexts and unpack a scene that was sent; return what to keep until they have."""
+        content, digests = self._packer.pack(scene)
+        arguments = self._machine, content, self._parts(digests)
+        return [self._submitted(each, drawing.prepare, *arguments) for each in addresses]
+
+    def _submitted(self, address: str, function: Callable[..., Any], *arguments: Any) -> Any:
+        where = {"workers": [address], "allow_other_workers": True}
+        return self._client.submit(function, *arguments, pure=False, **where)
+
+    def drawn_frame(self, coming: Any) -> DrawnFrame:
+        """Wait for a frame; raises CancelledError if something that it needs is lost with a worker."""
+        (frame,) = self._gathered([coming])
+        assert isinstance(frame, DrawnFrame)
+        return frame
+
+    def again_if_lost(self, draw: Callable[[], T]) -> T:
+        """Call a function, and again if what it sent was lost with the only worker that had it; return the result.
+
+        Raises
+        ------
+        InputError
+            If that happens again and again, or no worker comes in place of those that are gone.
+        """
+        from distributed.comm import CommClosedError
+
+        for attempt in range(_MOST_LOSSES):
+            time.sleep(_PAUSE if attempt else 0.0)
+            self._wait_for_a_worker()
+            # Something was lost with a worker, or a worker died while it was sent to.
+            with suppress(CancelledError, CommClosedError, TimeoutError):
+                return draw()
+        raise InputError(f"workers died again and again while they drew: {_MOST_LOSSES} times")
+
+    def _wait_for_a_worker(self) -> None:
+        try:
+            self._client.wait_for_workers(1, timeout=_PATIENCE)
+        except (OSError, TimeoutError) as error:
+            raise InputError(f"workers or scheduler do not answer within {_PATIENCE:g} s: {error}") from None
+
     def close(self) -> None:
         """Stop the processes on this machine, or leave the cluster."""
         self._sent.clear()
-        self._client.close()
+        if self._client is not None:
+            self._client.close()
         if self._cluster is not None:
             self._cluster.close()
 
@@ -216,16 +295,18 @@ class Workers:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _addresses(self) -> list[str]:
+    def addresses(self) -> list[str]:
+        """Return the addresses of the workers there are now."""
         return sorted(self._client.nthreads())
 
-    def _parts(self, digests: Sequence[str]) -> dict[str, Any]:
-        """Return the parts of a scene as they lie on the workers; they are sent there once."""
+    def _parts(self, digests: Sequence[str], address: str | None = None) -> dict[str, Any]:
+        """Return the parts of a scene as they lie on the workers; they are sent once, to all workers or to one."""
         self._sent = {digest: future for digest, future in self._sent.items() if digest in digests}
+        where: dict[str, Any] = {"broadcast": True} if address is None else {"workers": [address]}
         for digest in digests:
             future = self._sent.get(digest)
             if future is None or future.status in ("lost", "cancelled", "error"):
-                self._sent[digest] = self._client.scatter(self._packer.parts[digest], broadcast=True, hash=False)
+                self._sent[digest] = self._client.scatter(self._packer.parts[digest], hash=False, **where)
         return dict(self._sent)
 
     def _wait(self, futures: Sequence[Any], tell: Callable[[float], None]) -> None:

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -72,5 +73,7 @@ def draw(name: str, scene: Scene, size: Size = (512, 512), **settings: Any) -> N
         If there is no such method, or if it cannot draw the scene; the message says which can.
     """
     size = checked_size(size)
+    if scene.transfer_function is None:  # the look of its data has light, which no method draws
+        scene = replace(scene, lighting="none")  # type: ignore[arg-type]
     scene = scene.completed(size)
     return method_of(name)(scene, **settings).picture(scene.camera, size)

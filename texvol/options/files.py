@@ -31,7 +31,9 @@ from texvol.util.shown_text import shown
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FADE = rf"(?::(?P<low>{_NUMBER}),(?P<high>{_NUMBER}))?"
-_LOOK = rf"(?::(?P<color>{_NUMBER},{_NUMBER},{_NUMBER}))?(?::(?P<opacity>{_NUMBER}))?"
+_COLOR = rf"{_NUMBER},{_NUMBER},{_NUMBER}|\#[0-9a-fA-F]{{6}}|\#[0-9a-fA-F]{{3}}|[a-zA-Z]+"
+_COLOR_FORM = "a colour R,G,B, #RRGGBB or a name such as white"
+_LOOK = rf"(?::(?P<color>{_COLOR}))?(?::(?P<opacity>{_NUMBER}))?"
 _OFF = 0.5  # voxels; a mask that is farther off belongs to other samples
 _LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 _LONGEST_FILE = 1 << 16  # bytes: sixteen numbers and generous comments
@@ -196,13 +198,14 @@ class MeshChoice(NamedTuple):
 def mesh(text: str) -> MeshChoice:
     """Return the choice of "FILE", "FILE:R,G,B", "FILE:OPACITY" or "FILE:R,G,B:OPACITY"."""
     path, look = _file_and_look(text, _LOOK, "FILE[:R,G,B][:OPACITY]")
-    color = tuple(map(float, look["color"].split(","))) if "color" in look else None
+    color = texts.rgb(look["color"], _COLOR_FORM) if "color" in look else None
     return _checked_look(MeshChoice(path, color, float(look.get("opacity", 1))))  # type: ignore[arg-type]
 
 
 def mesh_table(table: Mapping[str, Any]) -> MeshChoice:
     """Return the choice of a scene file's {file = …, color = [R, G, B], opacity = A}."""
     color, opacity = table.get("color"), table.get("opacity", 1.0)
+    color = list(texts.rgb(color, _COLOR_FORM)) if isinstance(color, str) else color
     is_color = color is None or texts.are_numbers(color, 3)
     is_mesh = isinstance(table.get("file"), str) and is_color and texts.is_number(opacity)
     if not is_mesh or set(table) - {"file", "color", "opacity"}:

@@ -7,6 +7,7 @@ from texvol.options import files, texts
 from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
+from texvol.scene.framing import VIEWS
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CLASSIFICATION_CHOICES, COLORINGS, MODES
 
@@ -33,8 +34,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "or twice that of post, and it is no dearer; else post",
             ),
             *POSITION,
-            SceneOption("size", texts.size, "WxH", "pixels (512x512)"),
-            SceneOption("background", texts.color, "R,G,B", "linear light from behind (0,0,0), or: transparent"),
+            SceneOption("size", texts.size, "WxH", "pixels (512x512); one number is a square"),
+            SceneOption(
+                "background", texts.color, "COLOR",
+                "linear light from behind (0,0,0), a name such as white, #RRGGBB, or: transparent",
+            ),
             SceneOption(
                 "gradient", lit.gradient, "KIND",
                 "central (default), zucker-hummel, adaptive, which chooses between these by the local variance, or "
@@ -59,18 +63,32 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "orthographic (default) or perspective",
             ),
             SceneOption(
-                "eye", texts.triple, "X,Y,Z", "position of the camera, world units (far enough to see the whole box)"
+                "eye", texts.triple, "X,Y,Z", "position of the camera, world units (far enough to see the whole volume)"
             ),
             SceneOption("target", texts.triple, "X,Y,Z", "point that the camera looks at (the middle of the box)"),
             SceneOption("up", texts.triple, "X,Y,Z", "direction that points up in the picture (0,0,1)"),
             SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
-            SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (the box)"),
+            SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (what shows)"),
+            SceneOption(
+                "view", texts.choice(*VIEWS), "SIDE",
+                f"side that is seen: {', '.join(VIEWS)}; of the body where the file knows it, else front is "
+                "at lower y, right at higher x, top at higher z (front, a little from one side and from above)",
+            ),
+            SceneOption("azimuth", texts.number, "DEGREES", "turn of --view, or of the front, towards the right side"),
+            SceneOption("elevation", texts.number, "DEGREES", "rise of the eye above that of --view, or of the front"),
+            SceneOption("zoom", texts.zoom, "FACTOR", "everything so many times as large, about the middle (1)"),
+            SceneOption(
+                "fit", texts.choice("content", "box"), "WHAT",
+                "what fills the picture where no --eye, --target or --height says it: content (default), 99 %% of what "
+                "shows, in nine tenths of the picture; or box, all of the volume",
+            ),
         ),
     ),
     (
         "light",
-        "Without --light the medium shows its own colour. An isosurface has a head light, and so has a medium with any "
-        "of --ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
+        "Without --light a preset, and the look without --tf, have a head light that keeps highlights; a file of --tf "
+        "has the light that it holds, or none. An isosurface has a head light, and so has a medium with any of "
+        "--ambient, --diffuse, --specular, --shininess, --two-sided, --fade and --shadows.",
         (
             SceneOption(
                 "light", lit.light, "SPEC",

@@ -20,6 +20,7 @@ from texvol.scene.display import NUMBER_MODES, Window, checked_window
 from texvol.scene.gradient import Estimator, EstimatorKind
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
+from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
 
 AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
@@ -46,7 +47,15 @@ _FOR_MODES = {
     **dict.fromkeys(("caps", "add", "label-look"), ("composite",)),
 }
 # Options of a scene file that are dropped if the command line has this option.
-_REPLACED_BY = {"tf": ("coloring", "label-look"), "window": ("coloring",), "label-look": ("tf", "materials")}
+_PLACED = ("eye", "target", "height")
+_SEEN_FROM = ("view", "azimuth", "elevation", "fit")
+_REPLACED_BY = {
+    "tf": ("coloring", "label-look"),
+    "window": ("coloring",),
+    "label-look": ("tf", "materials"),
+    **dict.fromkeys(_PLACED, (*_SEEN_FROM, "zoom")),
+    **dict.fromkeys(_SEEN_FROM, (*_PLACED, "up")),
+}
 
 
 def light(text: str) -> Light | str:
@@ -106,8 +115,10 @@ def gradient(text: str) -> Estimator:
 def depth_cue(text: str) -> DepthCue:
     """Return the depth cue of "S[,R,G,B][:NEAR,FAR]"."""
     look, _, ends = text.partition(":")
-    numbers = texts.numbers(look, "a strength S, or S,R,G,B", 1, 4)
-    color = cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color
+    strength, _, name = look.partition(",")
+    named = color_of_text(name)
+    numbers = texts.numbers(strength if named else look, "a strength S, or S,R,G,B", 1, 4)
+    color = named or (cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color)
     near, far = _ends(ends) if ":" in text else (None, None)
     return texts.made(lambda: DepthCue(numbers[0], color, near, far), names_option=True)
 
@@ -125,7 +136,8 @@ def depth_cue_value(value: Any) -> DepthCue:
     parts: dict[str, Any] = {}
     for key, each in value.items():
         form, count = expected.get(key, (f"{key}, a depth in world units", 1))
-        numbers = texts.numbers(texts.as_text(each), form, count)
+        as_text = texts.as_text(each)
+        numbers = texts.rgb(as_text, form) if key == "color" else texts.numbers(as_text, form, count)
         parts[key] = numbers if key == "color" else numbers[0]
     return texts.made(lambda: DepthCue(**parts), names_option=True)
 
@@ -198,7 +210,8 @@ def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, An
 def isosurface(text: str) -> Isosurface:
     """Return the isosurface of "V", "V:R,G,B", "V:A" or "V:R,G,B:A"."""
     value, *look = (part.strip() for part in text.split(":"))
-    color = cast(Triple, texts.numbers(look.pop(0), "a colour R,G,B", 3)) if look and "," in look[0] else None
+    is_color = bool(look) and ("," in look[0] or color_of_text(look[0]) is not None)
+    color = cast(Triple, texts.rgb(look.pop(0), "a colour R,G,B")) if is_color else None
     if len(look) > 1:
         raise argparse.ArgumentTypeError(f"must be V[:R,G,B][:A], got {text!r}")
     opacity = texts.number(look[0]) if look else 1.0
@@ -215,7 +228,7 @@ def isosurface_table(table: Mapping[str, Any]) -> Isosurface:
     if "value" not in table:
         raise argparse.ArgumentTypeError("must have a value")
     color = table.get("color")
-    numbers = None if color is None else cast(Triple, texts.numbers(texts.as_text(color), "a colour R,G,B", 3))
+    numbers = None if color is None else cast(Triple, texts.rgb(texts.as_text(color), "a colour R,G,B"))
     value, opacity = (table.get(name, 1.0) for name in ("value", "opacity"))
     for name, number in (("value", value), ("opacity", opacity)):
         if isinstance(number, bool) or not isinstance(number, int | float):
@@ -244,6 +257,14 @@ def isosurfaces_of(chosen: Mapping[str, Any]) -> dict[str, Any]:
     return {"isosurfaces": tuple(found)}
 
 
+def check_view(chosen: Mapping[str, Any]) -> None:
+    """Raise InputError if the view is given twice, by a place of the eye and by a side."""
+    placed = [name for name in _PLACED if name in chosen]
+    seen = [name for name in _SEEN_FROM if name in chosen]
+    if placed and seen:
+        raise InputError(f"--{placed[0]} and --{seen[0]} both decide the view: give one of them")
+
+
 def check_mode(chosen: Mapping[str, Any]) -> None:
     """Raise InputError if an option is for another projection mode than the chosen one."""
     now = chosen.get("mode", "composite")
@@ -257,5 +278,5 @@ def check_mode(chosen: Mapping[str, Any]) -> None:
 
 
 def _light_color(text: str) -> Triple:
-    numbers = texts.numbers(text, "a colour R,G,B or a brightness I", 1, 3)
+    numbers = texts.rgb(text, "a colour R,G,B or a brightness I", 1, 3)
     return cast(Triple, numbers * 3 if len(numbers) == 1 else numbers)

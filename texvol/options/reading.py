@@ -21,7 +21,7 @@ _OPTIONS = (
     SceneOption("variable", str, "NAME", "variable of a netCDF file, array of a VTK or mesh file, dataset of HDF5"),
     SceneOption(
         "time", texts.time_step, "N|all",
-        "time step, from 0; with `all`, `render` writes numbered pictures or a film",
+        "time step, from 0; with `all`, `render` writes numbered pictures or a film, `convert` an unnamed axis as time",
     ),
     SceneOption(
         "resolution", texts.dimensions, "NX,NY,NZ",

@@ -21,6 +21,7 @@ from __future__ import annotations
 import argparse
 import re
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -30,18 +31,21 @@ from texvol.options import files, reading, texts
 from texvol.options import light as lit
 from texvol.options import volumes as volume_options
 from texvol.options.groups import GROUPS, SCENE_OPTIONS
+from texvol.options.looks import look_by
 from texvol.options.volumes import AddedChoice
 from texvol.scene import orbit as turning
-from texvol.scene import transfer
-from texvol.scene.added_volume import common_box
 from texvol.scene.air import Air, air_in_8_bits
 from texvol.scene.camera import Camera
+from texvol.scene.framing import ViewChoice, framed, zoomed
 from texvol.scene.gradient import CENTRAL
+from texvol.scene.looks import Look, seen_as
+from texvol.scene.proportions import in_proportion
 from texvol.scene.scene import Scene
-from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util import locations, text_files
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
+from texvol.util.terminal import stage
 
 if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
@@ -76,6 +80,8 @@ class SceneOptions:
         Data units, for 8-bit pictures of a mode whose pixels are numbers.
     coloring : "grey" or "tf"
         Colours of such pictures: grey, or those of the transfer function.
+    look : Look, optional
+        Transfer function and light of the last scene that was asked for, and the reason for them.
     """
 
     def __init__(self, arguments: argparse.Namespace) -> None:
@@ -97,10 +103,12 @@ class SceneOptions:
         by_default = "tf" if "tf" in chosen and self.window is None else "grey"
         self.coloring: str = chosen.get("coloring", by_default)
         lit.check_mode(chosen)
+        lit.check_view(chosen)
         for each in (chosen, *(added.chosen for added in chosen.get("add", ()))):
             volume_options.check_look(each)
         self.mode: str = chosen.get("mode", "composite")
         self._lighting = lit.lighting(chosen)
+        self.look: Look | None = None  # of the last scene
         self._channels: tuple[tuple[AddedChoice, Volume], ...] = ()
 
     @classmethod
@@ -129,8 +137,8 @@ class SceneOptions:
 
     @property
     def chose_view(self) -> bool:
-        """True if the camera's position or height is given."""
-        return "eye" in self._chosen or "height" in self._chosen
+        """True if the camera's position, height or zoom is given, so that nothing else moves it."""
+        return any(name in self._chosen for name in ("eye", "height", "zoom"))
 
     @property
     def has_depth_in(self) -> bool:
@@ -160,11 +168,22 @@ class SceneOptions:
         from texvol.formats.readers import load
 
         told = reading.told(self._reading)
+        stage(f"reading {self.volume}")
         volume = load(self.volume, spacing=self.spacing, **told)
         _ = self._further  # reads the further volumes now, as part of loading
         if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:
             self._channels = self._other_channels(volume)
-        return self.placed(volume)
+        return self.placed(self._seen_as(self._in_proportion(volume)))
+
+    def _in_proportion(self, volume: Volume) -> Volume:
+        """Return the volume, its axes scaled if their units differ and no option speaks of the world."""
+        of_world = {"spacing", "transform", "eye", "target", "height", "clip", "crop", "add", "mesh", "isovalue"}
+        return volume if of_world & set(self._chosen) else in_proportion(volume)
+
+    def _seen_as(self, volume: Volume) -> Volume:
+        """Return the volume, with labels in place of values that look like labels unless an option says something."""
+        said = "tf" in self._chosen or "labels" in self._reading
+        return volume if said or self.mode != "composite" else seen_as(volume)
 
     def _other_channels(self, volume: Volume) -> tuple[tuple[AddedChoice, Volume], ...]:
         """Return the other active channels of the volume's image, which are drawn with it."""
@@ -190,35 +209,35 @@ class SceneOptions:
 
         chosen = reading.arguments_of(reading.chosen(self._reading))
         told = {name: value for name, value in chosen.items() if name != "time"}
-        return TimeSeries(self.volume, spacing=self.spacing, **told)
+        series = TimeSeries(self.volume, spacing=self.spacing, **told)
+        if self._seen_as(first := series[0]).labels and not first.labels:
+            return TimeSeries(self.volume, spacing=self.spacing, **(told | {"labels": True}))
+        return series
 
     def scene(
-        self, volume: Volume, *, orbit: bool = False, adapting_to: Volume | None = None, in_8_bits: bool = False
+        self,
+        volume: Volume,
+        *,
+        orbit: bool = False,
+        adapting_to: Volume | None = None,
+        in_8_bits: bool = False,
+        lit_by_default: bool = True,
     ) -> Scene:
         """Return the scene of the options; its camera frames one picture, or all views of an orbit.
 
         The transfer function and the air of an X-ray adapt to the values of `adapting_to` if given, else to `volume`.
-        `in_8_bits` is the kind of picture, which decides on the air if no option does.
+        `in_8_bits` is the kind of picture, which decides on the air if no option does. Without `lit_by_default` there
+        is only the light that options ask for, for what cannot draw light.
         """
         chosen = self._chosen
         further = (*self._channels, *zip(chosen.get("add", ()), self._further, strict=True))
         added = tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
-        framing = turning.framing if orbit else Camera.framing
-        return Scene(
+        scene = Scene(
             volume,
-            self._transfer_function(adapting_to or volume),
-            framing(
-                common_box((volume, *(each.volume for each in added))),
-                chosen.get("projection", "orthographic"),
-                **{key: chosen.get(key) for key in ("eye", "target", "up", "fov", "height")},
-                aspect=self.size[0] / self.size[1],
-            ),
-            chosen.get("background") or (0.0, 0.0, 0.0),
-            chosen.get("classification", Scene.classification),
-            lighting=self._lighting,
-            gradient=chosen.get("gradient", CENTRAL),
+            classification=chosen.get("classification", Scene.classification),
             depth_cue=lit.depth_cue_of(chosen),
             mode=self.mode,  # type: ignore[arg-type]
+            **self._shown(adapting_to or volume, any(each.medium.emissive for each in added) or not lit_by_default),
             **lit.isosurfaces_of(chosen),
             air=self._air(adapting_to or volume, in_8_bits),
             coloring=self.coloring,  # type: ignore[arg-type]
@@ -230,17 +249,48 @@ class SceneOptions:
             added=added,
             depth=chosen["depth-in"].load() if "depth-in" in chosen else None,
         )
+        seen = scene if adapting_to is None else replace(scene, volume=adapting_to, mask=None)
+        return replace(scene, camera=self._camera(seen, orbit))
+
+    def _camera(self, scene: Scene, orbit: bool) -> Camera:
+        """Return the camera of the options, or one that frames what shows."""
+        chosen, aspect = self._chosen, self.size[0] / self.size[1]
+        projection = chosen.get("projection", "orthographic")
+        how = {key: chosen.get(key) for key in ("up", "fov")}
+        if any(name in chosen for name in ("eye", "target", "height")):
+            framing = turning.framing if orbit else Camera.framing
+            how |= {key: chosen.get(key) for key in ("eye", "target", "height")}
+            camera = framing(scene.box, projection, **how, aspect=aspect)
+        else:
+            side = ViewChoice(chosen.get("view"), chosen.get("azimuth"), chosen.get("elevation"))
+            box = chosen.get("fit") == "box"
+            camera = framed(scene, projection, choice=side, **how, aspect=aspect, whole_box=box, turning=orbit)
+        return zoomed(camera, chosen["zoom"]) if "zoom" in chosen else camera
+
+    def _shown(self, volume: Volume, unlit: bool) -> dict[str, Any]:
+        """Return transfer function, light, gradient and background: of the options, or else of the look.
+
+        `unlit` is True if a look gives no light.
+        """
+        chosen, light, look = self._chosen, self._lighting, None
+        if self.mode == "composite" or "tf" in chosen or "label-look" in chosen:
+            look = self.look = look_by(chosen, volume)
+        gradient = chosen.get("gradient", CENTRAL)
+        background = chosen.get("background") or (0.0, 0.0, 0.0)
+        if look is not None and self.mode == "composite":
+            if "light" not in chosen and not unlit and look.lighting is not None:
+                light, gradient = look.lighting, chosen.get("gradient", look.gradient)
+            if "background" not in chosen and look.background is not None:
+                background = look.background
+            self.look = replace(look, lighting=light)
+        medium = None if look is None else look.transfer_function
+        return {"transfer_function": medium, "lighting": light, "gradient": gradient, "background": background}
 
     def _air(self, volume: Volume, in_8_bits: bool) -> Air:
         if "air" in self._chosen or self.mode != "xray":
             found: Air = self._chosen.get("air")
             return found
         return air_in_8_bits(volume) if in_8_bits else None
-
-    def _transfer_function(self, volume: Volume) -> TransferFunction | None:
-        medium = volume_options.medium_of(self._chosen, volume)
-        # The other modes do not classify.
-        return transfer.proposed_for(volume) if medium is None and self.mode == "composite" else medium
 
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -270,7 +320,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
                 raise InputError(f"{path}: {error}") from None
         else:
             known = ", ".join((*SCENE_OPTIONS, "volume", *reading.READING))
-            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}")
+            near = did_you_mean(name, (*SCENE_OPTIONS, "volume", *reading.READING))
+            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}{near}")
     if told and "volume" not in told:
         raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
     return volume_options.beside(chosen, path.parent), told

@@ -16,7 +16,9 @@ import numpy as np
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.scene.cutting import ClipPlane, Range, checked_crop
+from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 ALL = "all"  # time steps, or pixels
 
@@ -59,11 +61,11 @@ def made(make: Callable[[], T], *, names_option: bool = False) -> T:
 
 
 def size(text: str) -> tuple[int, int]:
-    """Return (width, height) of "WIDTHxHEIGHT"."""
-    match = re.fullmatch(r"\s*(\d{1,9})\s*[xX×,]\s*(\d{1,9})\s*", text)
+    """Return (width, height) of "WIDTHxHEIGHT", or of one number for both."""
+    match = re.fullmatch(r"\s*(\d{1,9})\s*(?:[xX×,]\s*(\d{1,9})\s*)?", text)
     if not match:
-        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT, such as 640x480, got {text!r}")
-    return int(match[1]), int(match[2])
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT, such as 640x480, or one number for both, got {text!r}")
+    return int(match[1]), int(match[2] or match[1])
 
 
 def triple(text: str) -> tuple[float, float, float]:
@@ -72,10 +74,19 @@ def triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def rgb(text: str, form: str, *counts: int) -> tuple[float, ...]:
+    """Return linear RGB of a name such as white, of #RRGGBB, or numbers, as many as one of `counts` (3)."""
+    return color_of_text(text) or numbers(text, form, *(counts or (3,)))
+
+
 def color(text: str) -> tuple[float, float, float] | None:
-    """Return linear RGB of "R,G,B", or None for "transparent"."""
+    """Return linear RGB of "R,G,B", "#RRGGBB" or a name, or None for "transparent"."""
     if text.strip().lower() in ("transparent", "none"):
         return None
+    if (named := color_of_text(text)) is not None:
+        return named
+    if re.match(r"\s*[#a-zA-Z]", text):
+        raise argparse.ArgumentTypeError(f"must be R,G,B, #RRGGBB, a name such as white, or transparent, got {text!r}")
     rgb = triple(text)
     if not all(0 <= each < np.inf for each in rgb):
         raise argparse.ArgumentTypeError(f"must be three numbers of at least 0, R,G,B, got {text!r}")
@@ -162,6 +173,31 @@ def refinement(text: str) -> int | str:
     return text if text == "auto" else int(text)
 
 
+def zoom(text: str) -> float:
+    """Return a factor of sizes."""
+    return _number_if(text, lambda value: 1e-3 <= value <= 1e3, "a factor from 0.001 to 1000")
+
+
+def value_range(text: str) -> tuple[float, float]:
+    """Return the two values of "LOW,HIGH", of which the first is the smaller one."""
+    low, high = numbers(text, "two values LOW,HIGH", 2)
+    if not low < high:
+        raise argparse.ArgumentTypeError(f"must be LOW,HIGH with LOW under HIGH, got {text!r}")
+    return low, high
+
+
+def opacity_factor(text: str) -> float:
+    """Return a factor of extinctions."""
+    return _number_if(text, lambda value: 0 <= value <= 1e6, "a factor from 0 to 1e6")
+
+
+def unit(text: str) -> str:
+    """Return the name of a unit."""
+    if not re.fullmatch(r"[^\s\x00-\x1f]{1,20}", text.strip()):
+        raise argparse.ArgumentTypeError(f"must be the name of a unit, such as mm, got {text!r}")
+    return text.strip()
+
+
 def frames_per_second(text: str) -> float:
     """Return frames per second of a film."""
     return _number_if(text, lambda value: 0.1 <= value <= 1000, "frames per second from 0.1 to 1000")
@@ -241,7 +277,8 @@ def choice(*allowed: str) -> Callable[[str], str]:
 
     def choose(text: str) -> str:
         if text not in allowed:
-            raise argparse.ArgumentTypeError(f"must be one of {', '.join(allowed)}, got {text!r}")
+            near = did_you_mean(text, allowed)
+            raise argparse.ArgumentTypeError(f"must be one of {', '.join(allowed)}, got {text!r}{near}")
         return text
 
     return choose

@@ -25,8 +25,10 @@ from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.spaces import turned
+from texvol.scene.transfer import adjusting
 from texvol.util import locations
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from texvol.scene.mask import Mask
@@ -44,8 +46,16 @@ def _look(text: str) -> LabelLook:
 
 # Options that each volume of a scene has of its own, beside those for reading it.
 LOOK = (
-    SceneOption("tf", str, "PRESET|FILE.json", f"transfer function; presets: {', '.join(transfer.PRESETS)}"),
+    SceneOption(
+        "tf", str, "PRESET|FILE",
+        f"transfer function: a JSON or TOML file, or a preset with its light: {', '.join(transfer.PRESETS)}",
+    ),
     SceneOption("materials", lit.materials, "NAME,NAME", "draw only these materials of --tf"),
+    SceneOption(
+        "range", texts.value_range, "LOW,HIGH",
+        "values between which the transfer function changes, data units: shifts and scales a preset or a file",
+    ),
+    SceneOption("opacity", texts.opacity_factor, "F", "makes the volume F times as dense (1)"),
     SceneOption(
         "label-look", _look, "SPEC",
         "colour and opacity of labels: LABEL=OPACITY, LABEL=#RRGGBB or LABEL=#RRGGBB:OPACITY separated by commas, "
@@ -53,6 +63,7 @@ LOOK = (
     ),
 )  # fmt: skip
 POSITION = (
+    SceneOption("unit", texts.unit, "NAME", "name of the world unit, such as mm, overrides the file's"),
     SceneOption("spacing", texts.triple, "X,Y,Z", "distance of samples, overrides the file's spacing"),
     SceneOption(
         "transform", files.transform, "M",
@@ -101,8 +112,8 @@ class AddedChoice:
         """
         mask = masked(self.chosen, loaded)
         volume = placed(turned(loaded, first.space), self.chosen)
-        medium = medium_of(self.chosen, volume)
-        return AddedVolume(volume, transfer.proposed_beside(volume, number) if medium is None else medium, mask)
+        medium = medium_of(self.chosen, volume) or transfer.proposed_beside(volume, number)
+        return AddedVolume(volume, adjusted(self.chosen, medium, volume), mask)
 
 
 def added(text: str) -> AddedChoice:
@@ -198,13 +209,29 @@ def check_look(chosen: Mapping[str, Any]) -> None:
 
 
 def placed(volume: Volume, chosen: Mapping[str, Any]) -> Volume:
-    """Return the volume moved by --transform."""
-    return volume.moved(chosen["transform"].matrix()) if "transform" in chosen else volume
+    """Return the volume moved by --transform, with --unit."""
+    volume = volume.moved(chosen["transform"].matrix()) if "transform" in chosen else volume
+    return volume.with_unit(chosen["unit"]) if "unit" in chosen else volume
 
 
 def masked(chosen: Mapping[str, Any], volume: Volume) -> Mask | None:
     """Return the volume's mask, or None."""
     return chosen["mask"].load(volume) if "mask" in chosen else None
+
+
+def adjusted(chosen: Mapping[str, Any], medium: TransferFunction, volume: Volume) -> TransferFunction:
+    """Return the transfer function with --range and --opacity.
+
+    Raises
+    ------
+    InputError
+        If --range is given for labels.
+    """
+    if "range" in chosen:
+        if volume.labels:
+            raise InputError(f"--range needs measured values, got labels in {volume.name}")
+        medium = adjusting.between(medium, *chosen["range"])
+    return adjusting.denser(medium, chosen["opacity"]) if "opacity" in chosen else medium
 
 
 def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | None:
@@ -229,8 +256,7 @@ def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | No
     """Return the preset or file `name`, reduced to `materials` if given."""
     if name in transfer.PRESETS:
         return transfer.preset(name, volume, materials)
-    if name.lower().endswith(".json") or os.sep in name or os.path.exists(name):
+    if name.lower().endswith((".json", ".toml")) or os.sep in name or os.path.exists(name):
         return transfer.load(name, volume, materials)
-    raise InputError(
-        f"transfer function {name!r} must be a .json file or a preset; presets: {', '.join(transfer.PRESETS)}"
-    )
+    known = ", ".join(transfer.PRESETS) + did_you_mean(name, transfer.PRESETS)
+    raise InputError(f"transfer function {name!r} must be a .json or .toml file, or a preset; presets: {known}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ from texvol.formats.films import film
 from texvol.formats.readers import TimeSeries
 from texvol.scene import orbit
 from texvol.scene.label_counts import label_counts
-from texvol.scene.scene import Classification, Scene
+from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.terminal import status_line
 
@@ -106,23 +107,19 @@ def draw_frames(
     fps: float | None = None,
 ) -> dict[str, Any]:
     """Draw and write all pictures; return their entries for `--stats`."""
-    estimate: dict[str, Any] = {}
-    classification: Classification | None = None  # of all pictures, once it is known
     start = after_first = time.perf_counter()
+    rate = fps or film.default_rate(frames.count)
     with (
-        film.Writer(output, size, frames.count, transparent=transparent, fps=fps or film.DEFAULT_FPS) as writer,
+        film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
         status_line() as show,
+        closing(renderer.frames(frames.scenes, size, count=frames.count, views=frames.views, **accuracy)) as drawn,
     ):
-        for number, scene in enumerate(frames.scenes):
-            drawn = scene.classified_as(classification or scene.classification)
-            picture = renderer.render(drawn, size, views=frames.views, **accuracy)
+        for number, frame in enumerate(drawn):
             if number == 0:
-                accuracy, estimate = _kept(renderer, accuracy)
-                metadata, drawn = renderer.attributes, renderer.drawn_scene or scene
-                classification = drawn.classification
                 after_first = time.perf_counter()
-            shown = export.of(picture, drawn, output)
-            writer.add(shown, metadata | export.metadata(frames.name, drawn, output, renderer.settings))
+            shown = export.of(frame.picture, frame.scene, output)
+            metadata = export.metadata(frames.name, frame.scene, output, frame.settings)
+            writer.add(shown, frame.kept.attributes | metadata)
             show(f"texvol: {frames.word} {number + 1} of {frames.count}")
         writer.finish()
     end = time.perf_counter()
@@ -130,15 +127,4 @@ def draw_frames(
         "views": frames.count,
         "seconds": end - start,
         "frames_per_second": (frames.count - 1) / (end - after_first) if frames.count > 1 else None,
-    } | estimate
-
-
-def _kept(renderer: Renderer, accuracy: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the accuracy that was chosen for the first picture, and statistics of its estimated error if any."""
-    refinement = {"texture_refinement": renderer.settings["texture_refinement"]}
-    if accuracy["max_error"] is None:
-        return accuracy | refinement, {}
-    names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
-    kept = {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
-    kept |= {name: renderer.settings[name] for name in names}
-    return accuracy | kept, {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
+    } | frame.kept.estimate

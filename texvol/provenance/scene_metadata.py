@@ -69,6 +69,7 @@ def scene_metadata(
     checksum : bool
         If True, add checksums of the values, which takes as long as reading them.
     """
+    scene = scene.looked
     metadata: dict[str, Any] = {"format": FORMAT, **_volume(name, scene.volume, scene.mask, checksum)}
     if scene.added:
         metadata["added"] = [_added(each, checksum) for each in scene.added]

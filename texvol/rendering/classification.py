@@ -24,7 +24,7 @@ from texvol.rendering.settings import Settings
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.slabs import slabs_crossed
+from texvol.slicing.slabs import slabs_crossed_about
 from texvol.textures.shaded_samples import depends_on_eye
 from texvol.util.errors import NoRoomError
 from texvol.util.statistics import rms
@@ -139,7 +139,7 @@ def _extra_seconds(scene: CompleteScene, size: Size, settings: Settings, factor:
     if not scene.needs_gradient:
         return texels * _OF_A_TEXEL
     baked = views if scene.lighting is not None and depends_on_eye(scene.lighting) else 1
-    samples = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
+    samples = slabs_crossed_about(scene.volume, scene.camera, settings.slab_thickness, size)
     # Lit texels are made anew for each position of the eye that matters, and once more for the choice; for `post` there
     # is a texture of gradients, which takes as long.
     return (baked + 1) * texels * _OF_A_LIT_TEXEL - views * samples * _OF_A_LIT_SAMPLE

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Generator, Iterable
+from contextlib import nullcontext, suppress
 from dataclasses import replace
 from typing import Any, Self
 
@@ -17,7 +17,9 @@ from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
+from texvol.rendering.default_rate import DefaultRate
 from texvol.rendering.error_control import ErrorSearch, smaller
+from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.model_error import AskedOfModel, model_error
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
@@ -29,14 +31,15 @@ from texvol.rendering.settings import (
     checked_target,
     checked_termination,
 )
-from texvol.rendering.streaming.kinds import in_parts_or_memory
+from texvol.rendering.stats import sampled_slabs
+from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.slabs import Slicing, slabs_crossed
+from texvol.slicing.slabs import Slicing
 from texvol.textures.value_texture import REFERENCE
-from texvol.util.errors import InputError, NoRoomError, check_type
+from texvol.util.errors import InputError, NoRoomError
 
 Size = tuple[int, int]
 _REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an estimate is made from
@@ -96,6 +99,8 @@ class Renderer:
         self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
+        self._default_rate = DefaultRate(self._draw)
+        self._quick_estimate: float | None = None  # of the last picture's error, by the choice of its rate
         self._error_search = ErrorSearch(self._noted, self._exactly, self._rounding)
 
     def render(
@@ -129,7 +134,8 @@ class Renderer:
         slab_thickness : float
             World units, plane to plane.
         sampling_rate : float
-            Slabs per smallest spacing, in place of `slab_thickness`; 1 by default.
+            Slabs per smallest spacing, in place of `slab_thickness`; 1 by default, or of a scene of classification auto
+            that is drawn by post what its error needs, see `default_rate`.
         max_error : float
             Maximum absolute error of the linear picture against the integral of its classification, in place of
             `slab_thickness`: the scene is drawn at several thicknesses to find one. If the error cannot be reached
@@ -141,14 +147,12 @@ class Renderer:
             "auto" takes the smallest texture whose rounding is hidden by the discretisation error (in `post` also a
             volume of half the resolution), and a float32 target.
         early_termination : float, optional
-            Transmittance at which a ray ends, and so the largest error by ending it. 2^-22 by default; 0 ends no ray.
+            Transmittance at which a ray ends, and the largest error of that. 2^-22 by default; 0 ends no ray.
         skip_empty : bool
             True to skip cells in which nothing shows; the picture is the same.
         slicing : "stacks", "polygons" or "wilson"
-            How slabs are drawn. A stack is a run of up to 2048 slabs, drawn by one polygon that covers them all, whose
-            fragments composite the slabs in a loop. "polygons" draws a polygon for each slab, the section of the box by
-            the plane in its middle; the picture is the same, but for rounding. "wilson" draws these polygons alone, as
-            Wilson, Van Gelder and Wilhelms did (1994), so that slabs that the box cuts short are drawn whole.
+            How slabs are drawn, see `texvol.slicing.slabs`: in runs by one polygon, by a polygon for each, or by these
+            polygons alone, as Wilson, Van Gelder and Wilhelms did (1994), so that slabs cut short by the box are whole.
         texture_refinement : 1, 2, 4 or "auto"
             Texels along an axis for a sample, in classifications slab and extinction: their medium comes nearer to that
             of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures' memory has room,
@@ -158,17 +162,16 @@ class Renderer:
             Level of a `LargeVolume` that is drawn, 0 the finest. "auto" is as fine as pixels can show, and no farther
             apart than slabs whose thickness was asked for; or by `level_error`.
         coarser_by_pixels : bool, optional
-            True if regions farther off have coarser levels where pixels show no more; by default if pixels decide.
+            True if regions farther off have coarser levels where pixels show no more; default if pixels decide.
         level_error : float, optional
-            Error that levels of regions may have against the finest, by prediction; half of `max_error` by default.
+            Error that levels of regions may have against the finest, by prediction; 3/4 of `max_error` by default.
         views : int
-            Number of pictures from different sides that are asked for: classification auto takes slab if baking for all
-            of them is no dearer.
+            Number of pictures from different sides: classification auto takes slab if baking for all is no dearer.
         repeat : int
             Number of times to draw; `stats` has the median time.
         check : int or "all", optional
-            Number of random pixels to compare with the oracle; `stats` has the findings. With `max_error` a few pixels
-            are checked without being asked for if that takes under a tenth of a second.
+            Number of random pixels to compare with the oracle; `stats` has the findings. With `max_error` a few are
+            checked unasked if that takes under a tenth of a second.
 
         Raises
         ------
@@ -181,14 +184,13 @@ class Renderer:
             If the requested error is not reached, by the estimate or by a checked pixel; or if single precision cannot
             hold the values at which the transfer function changes.
         """
-        check = checking.checked_count(check)
-        size = self._compositor.checked_size(size)
-        scene = _drawable(scene, size, texture_refinement)
+        check, size = checking.checked_count(check), self._compositor.checked_size(size)
+        scene = drawable(scene, size, texture_refinement)
         wanted = checked(scene, slab_thickness, sampling_rate, max_error)
         termination = checked_termination(early_termination, max_error)
         formats = checked_format(texture_format), checked_target(target_format, scene.mode)
         settings = Settings(wanted, *formats, termination, skip_empty, slicing)
-        asked = AskedOfModel(texture_refinement, max_error, of)
+        asked, rates = AskedOfModel(texture_refinement, max_error, of), (max_error, slab_thickness, sampling_rate)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures = self._pictures_of(scene)
@@ -202,6 +204,7 @@ class Renderer:
         with self._context:
             factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
+            settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
             if own_error is not None:
                 # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
@@ -211,7 +214,7 @@ class Renderer:
                 self._watch.seconds, pictures.bricks_drawn = self._notes[choice.slab_thickness]
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
-        self._last = (complete, size, settings)
+        self._last, self._quick_estimate = (complete, size, settings), self._default_rate.estimate
         if scene.mode not in NUMBER_MODES:
             picture = over_background(picture, scene.background)
         checking.warn_of_lost_digits(pictures.lost_digits)
@@ -221,10 +224,16 @@ class Renderer:
                 self._check = checking.held_against_oracle(picture, *against)
         return picture
 
+    def frames(
+        self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
+    ) -> Generator[Frame, None, None]:
+        """Yield the frames of `count` scenes; arguments as for `render`, which decide the first and hold for all."""
+        return drawn_one_by_one(self, scenes, size, views, accuracy)
+
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
         termination, target = checked_termination(None, max_error), checked_target("auto")
-        scene = _drawable(scene, size := self._compositor.checked_size(size))
+        scene = drawable(scene, size := self._compositor.checked_size(size))
         complete = scene.completed(size)
         slicing = checked_slicing(slicing, complete)
         settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
@@ -267,6 +276,15 @@ class Renderer:
     def estimate(self) -> float | None:
         """Estimated error of the last picture if an error was requested; nothing is drawn to find it."""
         return error_control.if_finite(checking.at_least(self._estimate, None if self._is_of_post else self._check))
+
+    def quick_estimate(self) -> float | None:
+        """Return the estimated error of the last picture, by two small pictures if need be; None if it takes long."""
+        if self.estimate is not None or self._last is None or self._last[0].mode in NUMBER_MODES:
+            return self.estimate
+        if self._quick_estimate is None and not self._context.released:
+            with self._context:
+                self._quick_estimate = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
+        return error_control.if_finite(checking.at_least(self._quick_estimate, self._check))
 
     @property
     def check(self) -> checking.Check | None:
@@ -349,26 +367,14 @@ class Renderer:
         metadata |= {"bricks_drawn": drawn, "seconds": seconds}
         if self.chosen is not None:
             metadata["classification_reason"] = self.chosen.sentence
-        metadata["samples"], metadata["samples_total"] = self._samples(scene, size, settings)
+        released = self._context.released
+        with nullcontext() if released else self._context:
+            metadata |= sampled_slabs(None if released else pictures.count, scene, size, settings)
         estimated = self._estimated_error(scene, size, settings)
         estimate = checking.at_least(estimated, None if self._is_of_post else self._check)
         metadata["estimated_error"] = error_control.if_finite(estimate)
         metadata["estimated_model_error"] = error_control.if_finite(self._model_error)
         return metadata | ({"check": self._check.metadata} if self._check else {})
-
-    def _samples(self, scene: CompleteScene, size: Size, settings: Settings) -> tuple[int | None, int | None]:
-        """Count the sampled slabs by drawing once more, and the slabs that the rays cross in the box."""
-        if self._context.released:
-            return None, None
-        if scene.mode in NUMBER_MODES:
-            every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
-            return every, every
-        with self._context:
-            drawn = self._pictures_of(scene).count(scene, size, settings)
-            if scene.added:
-                everywhere = replace(settings, skip_empty=False, early_termination=0.0)
-                return drawn, self._pictures_of(scene).count(scene, size, everywhere)
-        return drawn, slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
 
     def _estimated_error(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
         """Return the estimate from the choice of thickness, or from thinner slabs in a sixteenth of the pixels."""
@@ -390,10 +396,3 @@ class Renderer:
                 )
             self._estimate += self._rounding(scene)
         return self._estimate
-
-
-def _drawable(scene: Scene, size: Size, texture_refinement: int | str | None = None) -> Scene:
-    """Return the scene, or if it cannot be drawn part by part the one with its volumes in memory, or InputError."""
-    check_type("scene", scene, Scene)
-    scene.check_for(size)
-    return in_parts_or_memory(scene, texture_refinement)

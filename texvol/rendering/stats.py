@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from texvol.opengl.contexts import Context
 from texvol.rendering.modelled import modelled
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
+from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import CompleteScene
-from texvol.slicing.slabs import slab_stacks
+from texvol.slicing.slabs import slab_stacks, slabs_crossed
+
+Size = tuple[int, int]
 
 
 def described(
@@ -46,3 +51,19 @@ def described_alike(
         "early_termination": settings.early_termination,
         "modelled": modelled(scene),
     }
+
+
+def sampled_slabs(
+    count: Callable[[CompleteScene, Size, Settings], int] | None, scene: CompleteScene, size: Size, settings: Settings
+) -> dict[str, int | None]:
+    """Count the sampled slabs by drawing once more with `count`, and the slabs that the rays cross in the box."""
+    drawn: int | None
+    if count is None:
+        drawn = every = None
+    elif scene.added:
+        drawn = count(scene, size, settings)
+        every = count(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
+    else:
+        every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
+        drawn = every if scene.mode in NUMBER_MODES else count(scene, size, settings)
+    return {"samples": drawn, "samples_total": every}

@@ -28,6 +28,7 @@ from texvol.util.remarks import Noted, make_at_end
 
 Triple = tuple[int, int, int]
 Box = tuple[slice, slice, slice]  # of samples, along z, y, x
+_DERIVED = *OF_PLACE, "overview", "_overview_level", "whole", "value_range", "has_missing", "finite_range"
 _LOOKED_AT = 1 << 21  # samples that are read to know what values there are
 
 
@@ -153,6 +154,7 @@ class LargeVolume(Volume):
         for level in self.levels:
             _check_source(level.source, name)
         self.memory = free_memory() // 2 if memory is None else memory
+        self.cut_for: int | None = None  # memory by which it is cut into regions, if that is not `memory`
         self.labels, self.blocks = labels, blocks
         self._place(spacing, origin, direction)
         self._describe(unit, value_unit, space, source, notes)
@@ -241,7 +243,7 @@ class LargeVolume(Volume):
         factor, first = np.array(base.factor), np.array(base.first)
         other = copy(self)
         other._coming = None
-        for derived in (*OF_PLACE, "overview", "whole", "value_range", "has_missing", "finite_range"):
+        for derived in _DERIVED:
             other.__dict__.pop(derived, None)
         other.levels = tuple(
             replace(
@@ -274,15 +276,25 @@ class LargeVolume(Volume):
     @property
     def _looked_at(self) -> tuple[int, Triple, Triple]:
         """Level of `overview`, its first sample and the one behind its last, along x, y, z."""
-        sizes = [np.prod(level.source.shape, dtype=float) for level in self.levels]
-        fitting = [n for n, size in enumerate(sizes) if size <= _LOOKED_AT and (n > 0 or len(sizes) == 1)]
-        number = fitting[0] if fitting else len(self.levels) - 1
+        number = self._overview_level
         dimensions = np.array(self.levels[number].source.shape[::-1])
         most = dimensions.copy()
         while np.prod(most, dtype=float) > _LOOKED_AT:
             most[most.argmax()] = (most.max() + 1) // 2
         first = (dimensions - most) // 2
         return number, _triple_of(first), _triple_of(first + most)
+
+    @property
+    def level_in_memory(self) -> int | None:
+        """The level of which the overview holds all samples; None if that is none."""
+        number = self._overview_level
+        return number if np.prod(self.levels[number].source.shape, dtype=float) <= _LOOKED_AT else None
+
+    @cached_property
+    def _overview_level(self) -> int:
+        sizes = [np.prod(level.source.shape, dtype=float) for level in self.levels]
+        fitting = [n for n, size in enumerate(sizes) if size <= _LOOKED_AT and (n > 0 or len(sizes) == 1)]
+        return fitting[0] if fitting else len(self.levels) - 1
 
     @cached_property
     def value_range(self) -> tuple[float, float] | None:

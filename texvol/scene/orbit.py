@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
 from texvol.scene.volume import Volume
@@ -39,18 +40,20 @@ def framing(
     projection: Projection = "orthographic",
     *,
     eye: Sequence[float] | None = None,
+    towards: ArrayLike | None = None,
     height: float | None = None,
     aspect: float = 1.0,
     **others: Any,
 ) -> Camera:
     """First camera of a turn in which the whole box stays in the picture; arguments as for `Camera.framing`.
 
-    What they leave open, the height of an orthographic picture or the distance of a perspective eye, is the largest
-    that any angle of the turn asks for, so that it does not depend on the number of views. A single picture of the
-    first view may be framed closer.
+    `towards` is a direction from the target to an eye whose distance is chosen. What the arguments leave open, the
+    height of an orthographic picture or the distance of a perspective eye, is the largest that any angle asks for,
+    so that it does not depend on the number of views. A single picture of the first view may be framed closer.
     """
     # Decides where the camera looks from.
-    first = Camera.framing(volume, projection, eye=eye, height=height, aspect=aspect, **others)
+    start = eye if towards is None else tuple(volume.centre + 2 * volume.radius * np.array(towards))
+    first = Camera.framing(volume, projection, eye=start, height=height, aspect=aspect, **others)
     axis = _axis(first)
     corners = volume.corners_from_centre + (volume.centre - first.target)
     above = corners @ axis  # heights of the box's corners above the target, along the axis

@@ -14,13 +14,15 @@ from texvol.scene.air import Air, checked_air
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
 from texvol.scene.depth_picture import DepthPicture
+from texvol.scene.framing import framed
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.isosurfaces import Isosurface, checked_isosurfaces
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import DepthCue, Lighting
+from texvol.scene.looks import look_for, parts_taken, seen_as
 from texvol.scene.mask import Mask, without_hidden
 from texvol.scene.shapes import Lines, Mesh, checked_geometry
-from texvol.scene.transfer import NO_MEDIUM, TransferFunction, preset, proposed_for
+from texvol.scene.transfer import NO_MEDIUM, TransferFunction, proposed_for
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, check_type
 
@@ -50,18 +52,20 @@ class Scene:
     Parameters
     ----------
     volume : Volume
-    transfer_function : TransferFunction or name of a preset, optional
-        By default `transfer.proposed_for(volume)`.
+    transfer_function : TransferFunction, Look or name of a preset, optional
+        A look, or a preset, comes with its light, unless `lighting` is given. By default `looks.look_for(volume)`, with
+        the volume as it is seen there: values that look like labels are labels. A TransferFunction alone is unlit.
     camera : Camera, optional
-        By default the whole box is framed.
+        By default what shows is framed, see `texvol.scene.framing`.
     background : (r, g, b)
         Linear light behind the volume; it adds (1 - opacity) times itself to each pixel.
     classification : "auto", "slab", "extinction", "post" or "integrated"
         Content of the 3D texture, see `slab_texture`. "slab" and "extinction" apply the transfer function before
         interpolation, "post" and "integrated" after it. "auto" stands for the medium of "post", which a renderer draws
         by "slab" where that is as good and no dearer.
-    lighting : Lighting, optional
-        Lights and reflection of the medium. Without it the medium shows its own colour.
+    lighting : Lighting or "none", optional
+        Lights and reflection of the medium. With "none", and with a TransferFunction without it, the medium shows its
+        own colour.
     gradient : Estimator
         Method of gradient estimation.
     depth_cue : DepthCue, optional
@@ -138,12 +142,23 @@ class Scene:
 
     def _check_types(self) -> None:
         check_type("scene: volume", self.volume, Volume, "make one of an array by texvol.Volume(values)")
-        if isinstance(self.transfer_function, str):
-            object.__setattr__(self, "transfer_function", preset(self.transfer_function, self.volume))
+        for name, part in parts_taken(self).items():
+            object.__setattr__(self, name, part)
         for name, kind in _PARTS.items():
             if (part := getattr(self, name)) is not None:
                 check_type(f"scene: {name}", part, kind)
         check_type("scene: gradient", self.gradient, Estimator)
+
+    @property
+    def looked(self) -> Scene:
+        """The scene with a look: itself if it has a transfer function, or needs none; the same object every time."""
+        if self.transfer_function is not None or self.mode != "composite":
+            return self
+        known: Scene | None = self.__dict__.get("_looked")
+        if known is None:
+            known = replace(self, **look_for(self.volume).parts_for(self), volume=seen_as(self.volume))
+            object.__setattr__(self, "_looked", known)
+        return known
 
     def check_for(self, size: tuple[int, int]) -> None:
         """Raise InputError if an array was changed in place, or depths are not those of (width, height) pixels."""
@@ -196,13 +211,14 @@ class Scene:
         return known[1]
 
     def _complete(self, size: tuple[int, int]) -> CompleteScene:
-        parts: dict[str, Any] = {each.name: getattr(self, each.name) for each in fields(Scene)}
-        parts["camera"] = self.camera or Camera.framing(self.box, aspect=size[0] / size[1])
+        scene = self.looked
+        parts: dict[str, Any] = {each.name: getattr(scene, each.name) for each in fields(Scene)}
+        parts["camera"] = self.camera or framed(scene, aspect=size[0] / size[1])
         if self.mask is not None and self.mode != "composite":
             parts |= {"volume": without_hidden(self.volume, self.mask), "mask": None}
         # An isosurface without a transfer function has a colour of its own; other pictures of numbers are grey.
-        if self.mode == "composite" or (self.mode in NUMBER_MODES and self.coloring == "tf"):
-            parts["transfer_function"] = self.transfer_function or proposed_for(self.volume)
+        if self.transfer_function is None and self.mode in NUMBER_MODES and self.coloring == "tf":
+            parts["transfer_function"] = proposed_for(self.volume)
         if self.classification == "auto":
             parts["classification"] = "post"
         parts["added"] = tuple(replace(each, transfer_function=each.medium) for each in self.added)

@@ -156,6 +156,12 @@ class Volume(KeepsArrays):
             other.source = {**self.source, "transform": (numbers @ self.source.get("transform", np.eye(4))).tolist()}
         return other
 
+    def with_unit(self, unit: str) -> Self:
+        """Return the volume with another name of the world unit; no length changes."""
+        other = copy(self)
+        other.unit = unit
+        return other
+
     def check_unchanged(self) -> None:
         """Raise InputError if the array that it was made of has been changed since something was made of its samples.
 

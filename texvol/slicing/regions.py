@@ -16,12 +16,14 @@ from texvol.scene.camera import Camera
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
+from texvol.util.errors import InputError
 
 _SIDE = 128  # samples: small enough to skip what is empty, to tell levels apart, and to be hidden
 _LEAST_PARTS = 32  # that memory has room for
 _FEW, _SMALL = 27, 32  # regions, and samples along an axis: fewer regions than these are cut smaller
 _LEAST_SIDE = 16  # samples, where memory has no room for more
 _MANY = 512  # regions: beyond it they grow, as far as memory goes
+_MOST = 1 << 20  # regions, some 10 TB of bytes: listing more takes more memory than they save
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,11 @@ def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list
     """Return boxes of the samples of some dimensions, at most so many samples each if their sides allow.
 
     If there are less than `few` of them they are cut smaller.
+
+    Raises
+    ------
+    InputError
+        If there would be too many of them.
     """
     side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
     while _count(dimensions, side) < few and max(side) > _SMALL:
@@ -74,6 +81,12 @@ def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list
         if side[axis] >= dimensions[axis] or 2 * math.prod(side) > most_samples:
             break
         side[axis] *= 2
+    if (count := _count(dimensions, side)) > _MOST:
+        sizes = " x ".join(map(str, dimensions))
+        raise InputError(
+            f"volume must be drawn in at most {_MOST} regions, got {sizes} samples, which are {count}: choose a "
+            "coarser level by --level, or allow more by --memory"
+        )
     axes = [
         [(at // n, at, min(at + n, count)) for at in range(0, count, n)]
         for n, count in zip(side, dimensions, strict=True)
@@ -88,7 +101,8 @@ def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list
 
 def most_samples_of(volume: LargeVolume) -> float:
     """Return how many samples a region may have so that memory has room for many."""
-    return min(volume.memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
+    memory = volume.memory if volume.cut_for is None else volume.cut_for
+    return min(memory / _LEAST_PARTS / volume.dtype.itemsize, 1 << 24)
 
 
 def brick_of(

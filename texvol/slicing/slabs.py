@@ -24,6 +24,7 @@ Slicing = Literal["stacks", "polygons", "wilson"]
 SLICINGS: tuple[Slicing, ...] = get_args(Slicing)
 Numbers = NDArray[np.float64]
 Corner = tuple[float, float]
+_COUNTED = 128  # rays along a side that an estimate is made from
 MOST_SLABS = 1 << 20  # float32 counts slabs exactly to 2^24; a million are hours of drawing
 # As many as there may be turns of loops in a fragment (65535 in all in Mesa's software driver), so that hardly a volume
 # has more than one stack: where nothing shows behind it a fragment stops, and there is little to blend.
@@ -85,6 +86,13 @@ def slab_stacks(
     far = middle + slab_thickness * np.minimum(last, farthest)
     polygons = _covering_polygons(*_box_between(corners, near, far), camera, size)
     return SlabStacks(polygons, first, last, eye_depth, slab_thickness)
+
+
+def slabs_crossed_about(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> float:
+    """Estimate `slabs_crossed` from at most `_COUNTED` rays along each side, for a picture that may be huge."""
+    shrink = min(1.0, _COUNTED / max(size))
+    few = max(1, round(shrink * size[0])), max(1, round(shrink * size[1]))
+    return slabs_crossed(volume, camera, slab_thickness, few) * (size[0] * size[1]) / (few[0] * few[1])
 
 
 def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> int:

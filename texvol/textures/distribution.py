@@ -62,24 +62,36 @@ class Smoothed:
 
     @cached_property
     def table(self) -> NDArray[np.float32]:
-        """Emission and extinction per `length_unit`, shape (widths, values, 4).
+        """Emission and extinction per `length_unit`, shape (widths, values, 4): see `smoothed`."""
+        return self.smoothed(self.medium * self.length_unit)
 
-        Values go from one of `ends` to the other, row i is for the width i² / 63² of the function's range.
-        """
-        values = np.linspace(*self.ends, NODES)
-        emission, extinction = self._function.classify(values)
+    @cached_property
+    def medium(self) -> Numbers:
+        """Emission and extinction of values from one of `ends` to the other, shape (values, 4)."""
+        emission, extinction = self._function.classify(np.linspace(*self.ends, NODES))
         opaque = extinction > self._opaque
         glow = np.where(np.isinf(extinction), emission.T, emission.T / np.where(extinction > 0, extinction, 1.0)).T
         if not self._function.emissive:
             emission = np.where(opaque[:, np.newaxis], glow * self._opaque, emission)
-        medium = np.column_stack([emission, np.minimum(extinction, self._opaque)])
-        transformed = np.fft.rfft(np.pad(medium, [(NODES, NODES), (0, 0)], mode="edge"), axis=0)
-        table = [medium]
+        return np.column_stack([emission, np.minimum(extinction, self._opaque)])
+
+    def smoothed(self, numbers: Numbers) -> NDArray[np.float32]:
+        """Return numbers of the table's values, shape (values, n), smoothed by all widths, shape (widths, values, n).
+
+        Row i is for the width i² / 63² of the function's range.
+        """
+        transformed = np.fft.rfft(np.pad(numbers, [(NODES, NODES), (0, 0)], mode="edge"), axis=0)
+        table = [numbers]
         for row in range(1, ROWS):
             kernel = np.fft.rfft(_kernel(_WIDEST * (row / (ROWS - 1)) ** 2 * (NODES - 1) / 3))
             smoothed = np.fft.irfft(transformed * kernel[:, np.newaxis], 3 * NODES, axis=0)[NODES : 2 * NODES]
-            table.append(np.where(smoothed > _NOTHING * medium.max(axis=0), smoothed, 0.0))
-        return (np.array(table) * self.length_unit).astype(np.float32)
+            table.append(np.where(smoothed > _NOTHING * numbers.max(axis=0), smoothed, 0.0))
+        return np.array(table).astype(np.float32)
+
+    def row_of(self, variances: Floats) -> Floats:
+        """Return the rows, between those of the table too, of variances in squares of the range."""
+        widths = np.minimum(np.sqrt(variances) / np.float32(_WIDEST), 1)
+        return np.asarray((ROWS - 1) * np.sqrt(widths), np.float32)
 
     def stored(self, variances: Floats, unit: float) -> NDArray[np.uint16]:
         """Return the rows of variances in squares of a unit (of data), 65535 for the last row; none is beyond it."""

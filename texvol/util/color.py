@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,3 +17,34 @@ def srgb_from_linear(linear: NDArray) -> NDArray:
 def linear_from_srgb(encoded: NDArray) -> NDArray:
     """Linear light of sRGB values in [0, 1] (IEC 61966-2-1)."""
     return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+def color_of_text(text: str) -> tuple[float, float, float] | None:
+    """Return the linear colour of a name such as "white", of #RRGGBB or of #RGB; None of any other text.
+
+    Names are those of CSS, as the library of colour maps knows them.
+    """
+    word = text.strip().lower()
+    if re.fullmatch(r"#[0-9a-f]{6}|#[0-9a-f]{3}", word):
+        digits = word[1:] if len(word) == 7 else "".join(2 * digit for digit in word[1:])
+        encoded = np.array(list(bytes.fromhex(digits))) / 255
+    elif re.fullmatch(r"[a-z]+", word):
+        found = _named(word)
+        if found is None:
+            return None
+        encoded = np.array(found)
+    else:
+        return None
+    red, green, blue = linear_from_srgb(encoded).tolist()
+    return red, green, blue
+
+
+def _named(word: str) -> tuple[float, float, float] | None:
+    """Return the sRGB colour of a name, from 0 to 1, or None."""
+    from cmap import Color
+
+    try:
+        red, green, blue, opacity = Color(word).rgba
+    except (ValueError, TypeError):
+        return None
+    return (red, green, blue) if opacity == 1 else None

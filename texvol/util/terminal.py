@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import IO
@@ -12,11 +14,15 @@ from texvol.util.errors import InputError
 from texvol.util.shown_text import one_line, shown
 
 _LONGEST_REASON = 400  # characters of a library's message
+_PATIENCE, _EVERY = 2.0, 0.25  # seconds until a line of progress is shown, and between two of them
+_WIDTH = 78  # columns of that line
 _LONGEST_MESSAGE = 4000  # characters; enough to list all options of a scene
 
 
 def say(text: str) -> None:
     """Print a command's result; unprintable characters become question marks, control characters their numbers."""
+    if _progress is not None:
+        _progress.erase()
     if sys.stdout is None:
         raise InputError("standard output is closed")
     try:
@@ -31,8 +37,72 @@ def say(text: str) -> None:
 
 def complain(text: object) -> None:
     """Print one line of limited length on stderr."""
+    if _progress is not None:
+        _progress.erase()
     if sys.stderr is not None:
         print(f"texvol: {one_line(text, _LONGEST_MESSAGE)}", file=sys.stderr, flush=True)
+
+
+class _Progress:
+    """Line on a terminal with what a command does and since when, once that has taken a while."""
+
+    def __init__(self) -> None:
+        self.stage = "working"
+        self.is_shown = self.has_other = False  # True while the line, or one of `status_line`, is on the terminal
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        self._start = time.monotonic()
+
+    def erase(self) -> None:
+        """Erase the line, so that something else can be printed."""
+        with self._lock:
+            if self.is_shown and sys.stderr is not None:
+                print(f"\r{' ' * _WIDTH}\r", end="", file=sys.stderr, flush=True)
+            self.is_shown = False
+
+    def run(self) -> None:
+        """Show the line again and again until `end`."""
+        while not self._ended.wait(_EVERY):
+            seconds = time.monotonic() - self._start
+            if seconds < _PATIENCE or self.has_other:
+                continue
+            with self._lock:
+                if not self._ended.is_set():
+                    text = one_line(f"texvol: {self.stage}, {seconds:.0f} s", _WIDTH)
+                    print(f"\r{text.ljust(_WIDTH)}", end="", file=sys.stderr, flush=True)
+                    self.is_shown = True
+
+    def end(self) -> None:
+        """End and erase the line."""
+        self._ended.set()
+        self.erase()
+
+
+_progress: _Progress | None = None
+
+
+@contextmanager
+def showing_progress() -> Iterator[None]:
+    """Show on a terminal what is done, and for how long, as soon as it takes longer than two seconds."""
+    global _progress
+    if sys.stderr is None or not sys.stderr.isatty():
+        yield
+        return
+    _progress = _Progress()
+    thread = threading.Thread(target=_progress.run, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        _progress.end()
+        _progress = None
+        thread.join()
+
+
+def stage(text: str) -> None:
+    """Name what the command does from now on, for the line of progress."""
+    if _progress is not None:
+        _progress.stage = text
 
 
 @contextmanager
@@ -40,6 +110,10 @@ def status_line() -> Iterator[Callable[[str], None]]:
     """Yield a function that shows a line on a terminal, in place of the one before; the line is erased at the end."""
     is_terminal = sys.stderr is not None and sys.stderr.isatty()
     text = ""
+    progress = _progress
+    if progress is not None:
+        progress.erase()
+        progress.has_other = True
 
     def show(now: str) -> None:
         nonlocal text
@@ -52,6 +126,8 @@ def status_line() -> Iterator[Callable[[str], None]]:
     finally:
         if text:
             print(f"\r{' ' * len(text)}\r", end="", file=sys.stderr, flush=True)
+        if progress is not None:
+            progress.has_other = False
 
 
 def library_reason(error: object) -> str:

@@ -59,6 +59,24 @@ def postponed() -> Iterator[None]:
             signal.raise_signal(number)
 
 
+@contextmanager
+def unheard_by_children() -> Iterator[None]:
+    """Start threads and processes inside that never hear ctrl-C, which a terminal sends to all of them.
+
+    Blocked signals are inherited, also by processes that such a thread starts later. This thread hears at the end what
+    it could not hear inside.
+    """
+    from multiprocessing import resource_tracker
+
+    # Otherwise it would start inside, and let its thread hear ctrl-C again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def _raise(number: int, frame: FrameType | None) -> None:
     signal.signal(number, signal.SIG_DFL)  # a second signal ends the process at once
     raise Terminated(number)

@@ -67,8 +67,10 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
 
 
 def _look_at_all(desk: Desk, document: Document, change: Callable[..., View], *how: str) -> None:
-    """Look at the whole box; the box is framed so that the annotation has room beside it."""
-    document.look(change(document.view, *how, document.scene.box, desk.viewport.aspect))
+    """Look at all that shows; it is framed so that the annotation has room beside it."""
+    aspect = desk.viewport.aspect
+    view = change(document.view, *how, document.scene.box, aspect)
+    document.look(navigation.on_content(view, document.scene, aspect))
     document.go_home(Home.of(document.view.camera, document.scene, desk.pixels, document.showing.annotation))
 
 

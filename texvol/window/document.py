@@ -23,7 +23,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
-from texvol.window.navigation import View, framed
+from texvol.window.navigation import View, on_content
 from texvol.window.own_files import Mark, marks_of_scene
 from texvol.window.stand_in import stand_in, with_stand_ins
 from texvol.window.switched import Off
@@ -204,7 +204,7 @@ class Document:
         """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
         self._size = size
         if self.home is not None and self.at_home:
-            view = framed(View(self.home.plain, self.view.pivot), self.scene.box, size[0] / size[1])
+            view = on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1])
             self.look(view)
             self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import air_in_8_bits
+from texvol.scene.looks import Look
 from texvol.scene.optics import depth_from_opacity, opacity_from_depth
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
@@ -116,6 +117,26 @@ def with_own(scene: Scene, number: int, **parts: Any) -> dict[str, Any]:
         return parts
     changed = replace(scene.added[number - 1], **parts)
     return {"added": (*scene.added[: number - 1], changed, *scene.added[number:])}
+
+
+def with_look(scene: Scene, number: int, look: Look) -> dict[str, Any]:
+    """Return the changed parts of a scene with the look of a volume; light that it has none of stays as it is.
+
+    A medium that emits is not lit. The next look after it is, if it has light.
+    """
+    parts = with_own(scene, number, transfer_function=look.transfer_function)
+    before = owner_of(scene, number).transfer_function
+    if look.transfer_function.emissive:
+        parts["lighting"] = None
+    elif look.lighting is not None and scene.lighting is None and before is not None and before.emissive:
+        parts["lighting"] = look.lighting
+    return parts
+
+
+def with_file(scene: Scene, look: Look) -> dict[str, Any]:
+    """Return the changed parts of a scene with the look of a file, its light included if it has any."""
+    lit = {} if look.lighting is None else {"lighting": look.lighting, "gradient": look.gradient}
+    return with_look(scene, 0, look) | lit
 
 
 def with_mode(scene: Scene, mode: str) -> dict[str, Any]:

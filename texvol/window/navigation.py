@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera, Projection, Vector
+from texvol.scene.framing import filled
+from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
 Position = tuple[float, float]
@@ -176,6 +178,12 @@ def reset(view: View, volume: Volume, aspect: float) -> View:
     """Return the default view of `texvol render`, in the current projection."""
     camera = Camera.framing(volume, view.camera.projection, fov=view.camera.fov, aspect=aspect)
     return View(camera, triple(volume.centre))
+
+
+def on_content(view: View, scene: Scene, aspect: float) -> View:
+    """Look at what shows of a scene from the current direction."""
+    camera = filled(view.camera, scene.looked, aspect)
+    return View(camera, camera.target)
 
 
 def with_pivot(view: View, point: Any) -> View:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from texvol.geometry import load_mesh
-from texvol.scene import transfer
+from texvol.options.looks import load_look
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
@@ -15,7 +15,7 @@ from texvol.scene.volume import Volume
 from texvol.window import contents
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Origin, opened_file
-from texvol.window.editing import with_own
+from texvol.window.editing import with_file, with_own
 from texvol.window.questions import Question
 
 
@@ -29,8 +29,9 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
     """
     kind = contents.kind_of(path)
     if kind == "transfer function" and desk.document is not None:
-        volume = desk.document.scene.volume
-        desk.attempt(lambda: desk.change(transfer_function=transfer.load(path, volume)))
+        scene = desk.document.scene
+        volume = scene.volume
+        desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume))))
     elif kind == "mesh":
         add(desk, path)
     else:

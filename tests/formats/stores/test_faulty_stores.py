@@ -15,8 +15,9 @@ from support.raised import raised
 from support.refusal import refused
 from support.stores import damage, field, write_ome
 
-from texvol import InputError, load
+from texvol import InputError, Volume, load
 from texvol.__main__ import main
+from texvol.formats.stores.writing.convert import Layout, convert
 
 
 def fault_of(path: Path, **options: Any) -> str:
@@ -252,3 +253,127 @@ def test_statistics_are_read_or_refused(store: Path, capfd: pytest.CaptureFixtur
     assert "must have shape (3, 3, 4), one number for each chunk" in refused(store, capfd)
     group.attrs["texvol"] = {"version": 2, "chunk_shape": [16, 16, 16]}
     assert "must be statistics of version 1, got version 2" in refused(store, capfd)
+
+
+def _restored(path: Path, **told: Any) -> None:
+    """Write the array of level 0 anew with zarr-python, as another tool does that leaves our statistics alone."""
+    array = zarr.open_array(path / "0", mode="r")
+    values = told.pop("values", array[:])
+    shutil.rmtree(path / "0")
+    zarr.create_array(path / "0", data=values, **{"chunks": array.chunks, **told})
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"chunks": (16, 8, 16)}, "it is of chunks of 16 x 16 x 16, and the array has chunks of 16 x 8 x 16"),
+        ({"shards": (32, 32, 32), "chunks": (8, 8, 8)}, "and the array has chunks of 8 x 8 x 8"),
+        ({"values": field(40)}, "it is of an array of 48 x 44 x 52, and the array has 40 x 36 x 44"),
+        ({"values": field().astype("u1")}, "it is of values of type uint16, and the array has uint8"),
+    ],
+)
+def test_statistics_of_another_array_are_left_out(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    before: Any = load(path)
+    assert before.levels[0].statistics is not None and not before.notes
+    _restored(path, **change)
+    after: Any = load(path)
+    assert after.levels[0].statistics is None
+    (note,) = after.notes
+    assert note.startswith("its texvol-statistics/0 is left out: ") and said in note
+    # A picture needs none.
+    line = ["render", str(path), "-o", str(tmp_path / "x.png"), "--size", "16x16", "--tf", "fog"]
+    assert main(line) == 0
+
+
+def test_statistics_without_shape_and_type_are_those_of_earlier_versions(tmp_path: Path) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/zarr.json"
+    content = json.loads(place.read_text())
+    for name in ("shape", "data_type"):
+        del content["attributes"]["texvol"][name]
+    place.write_text(json.dumps(content))
+    assert load(path).levels[0].statistics is not None  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("path", ["../other.zarr/0", "0/../../other.zarr/0"])
+def test_paths_of_datasets_stay_within_the_store(tmp_path: Path, path: str, capfd: pytest.CaptureFixture[str]) -> None:
+    """A store from a stranger must not show what lies beside it."""
+    write_ome(tmp_path / "other.zarr", field(), levels=1)
+    store = write_ome(tmp_path / "v.zarr", field(), levels=1)
+    _change(store, lambda ome: _datasets(ome)[0].update(path=path))
+    assert f"must lie within the store, got the path '{path}/" in refused(store, capfd)
+
+
+def _declare(path: Path, **told: Any) -> None:
+    """Change the metadata of the array of level 0."""
+    content = json.loads((path / "0/zarr.json").read_text())
+    chunk = told.pop("chunk", None)
+    if chunk is not None:
+        content["chunk_grid"]["configuration"]["chunk_shape"] = chunk
+    (path / "0/zarr.json").write_text(json.dumps(content | told))
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ({"chunk": [2**40, 16, 16]}, "its chunks of 1099511627776 x 16 x 16 need 512 TiB of memory"),
+        ({"shape": [48, 44, 2**40]}, "must have at most 262144 chunks along an axis"),
+        ({"shape": [2**18, 2**18, 2**18], "chunk": [16, 2**8, 2**8]}, "and 268435456 in all"),
+        ({"shape": [2**62, 2**62, 2**62]}, "every dimension must be positive, and not absurd"),
+    ],
+)
+def test_gigantic_shapes_and_chunks_take_no_memory(
+    tmp_path: Path, told: dict[str, Any], said: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """TensorStore ends the process where it has no memory for a chunk, and a list of all chunks takes all of it."""
+    path = write_ome(tmp_path / "v.zarr", field(), levels=1)
+    _declare(path, **told)
+    assert said in refused(path, capfd)
+
+
+def test_more_regions_than_can_be_listed_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", field().astype("u1"), levels=1)
+    _declare(path, shape=[2**15] * 3, chunk=[2**8] * 3)
+    assert main(["render", str(path), "--plan", "--memory", "64MB"]) == 2
+    assert "volume must be drawn in at most 1048576 regions" in capsys.readouterr().err
+
+
+def test_statistics_with_gigantic_chunks_are_refused(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "v.zarr"
+    convert(Volume(field()), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/minimum/zarr.json"
+    content = json.loads(place.read_text())
+    content["chunk_grid"]["configuration"]["chunk_shape"] = [2**40, 2, 2]
+    place.write_text(json.dumps(content))
+    assert "need 32 TiB of memory" in refused(path, capfd)
+
+
+def test_links_to_nothing_are_files_that_are_not_there(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", field(), levels=1, fill_value=17)
+    (path / "0/c/0/0/0").unlink()
+    (path / "0/c/0/0/0").symlink_to("nothing")
+    assert main(["info", str(path)]) == 0
+    assert "17 to" in capsys.readouterr().out
+
+
+def test_statistics_of_chunks_longer_than_the_array_are_of_all_of_it(tmp_path: Path) -> None:
+    """Numbers beyond 64 bits, too."""
+    path = tmp_path / "v.zarr"
+    convert(Volume(field(12)), path, layout=Layout((16,) * 3, (32,) * 3))
+    place = path / "texvol-statistics/0/zarr.json"
+    content = json.loads(place.read_text())
+    content["attributes"]["texvol"]["chunk_shape"][0] = 10**30
+    place.write_text(json.dumps(content))
+    read: Any = load(path)
+    assert read.levels[0].statistics.chunk_shape == read.levels[0].source.chunk_shape
+    assert main(["render", str(path), "--plan"]) == 0
+
+
+def test_absurdly_many_channels_are_not_listed(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    path = write_ome(tmp_path / "v.zarr", np.stack([field(12)] * 2), axes="czyx", levels=1)
+    _declare(path, shape=[2**40, *field(12).shape])
+    assert "choose one with --channel 0..1099511627775" in refused(path, capfd)
+    assert_array_equal(load(path, channel=1).values, field(12))

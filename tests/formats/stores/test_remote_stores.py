@@ -15,9 +15,10 @@ from numpy.testing import assert_array_equal
 from support.raised import raised
 from support.stores import field, served, write_ome
 
-from texvol import InputError, load
+from texvol import InputError, Volume, load
 from texvol.__main__ import main
 from texvol.formats.stores import access
+from texvol.formats.stores.writing.convert import Layout, convert
 
 # Three attempts more, 2 s apart at most, and the time of a slow machine.
 PATIENCE = 20.0
@@ -70,6 +71,22 @@ def test_a_store_is_read_over_http(folder: Path, version: str, capfd: pytest.Cap
         assert volume.name == volume.source["absolute"] == f"{url}/v{version}.ome.zarr"
         assert volume.levels[0].source.bytes_read > 0  # type: ignore[attr-defined]
     assert capfd.readouterr().err == ""
+
+
+def test_a_distant_store_is_asked_for_little(tmp_path: Path) -> None:
+    """Metadata come in one file, statistics of the finest level with it, and no chunk of what is not looked at."""
+    values = field(96)
+    convert(Volume(values), tmp_path / "made.ome.zarr", layout=Layout((16, 16, 16), (64, 64, 64)))
+    with served(tmp_path) as (url, server):
+        asked: list[str] = server.asked  # type: ignore[attr-defined]
+        volume = load(f"{url}/made.ome.zarr")
+        assert volume.value_range == (values.min(), values.max())
+        metadata = [each for each in asked if not each.endswith("/c/0/0/0")]
+        assert sorted(set(metadata)) == sorted(metadata) and len(metadata) <= 5  # the root, labels
+        assert {each.rpartition("/made.ome.zarr/")[2].split("/")[1] for each in set(asked) - set(metadata)} == {"0"}
+        asked.clear()
+        assert volume.levels[1].statistics.variance.shape == (3, 3, 4)  # type: ignore[attr-defined, union-attr]
+        assert not any(each.endswith("zarr.json") for each in asked)
 
 
 @pytest.mark.parametrize("version", ["0.4", "0.5"])

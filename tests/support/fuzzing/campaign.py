@@ -32,6 +32,7 @@ from support.fuzzing import readers as fuzz_readers
 from support.fuzzing.cases import cases
 from support.fuzzing.children import OUTCOMES, READ, REFUSED, Finding, Limits, Results, run
 from support.fuzzing.mutations import damaged
+from support.fuzzing.mutations_stores import Link, damaged_store
 from support.fuzzing.seeds import Seed, seeds
 from texvol.util.errors import TexvolError
 
@@ -47,13 +48,17 @@ _SLOW = (
 )  # kinds of which there is a sixth as many inputs: reading them forks
 
 
-class Inputs:
-    """Damaged files by number; those of some kinds only, or all."""
+# Kinds whose reading starts threads, which do not outlive a fork: nothing in this process may have read one before.
+THREADED = ("zarr",)
 
-    def __init__(self, seed: int = 0, kinds: Sequence[str] = ()) -> None:
+
+class Inputs:
+    """Damaged files by number; those of some kinds only, or all but those that are left out."""
+
+    def __init__(self, seed: int = 0, kinds: Sequence[str] = (), *, leaving: Sequence[str] = ()) -> None:
         self.seed = seed
         known = seeds()
-        names = list(dict.fromkeys(each.kind for each in known))
+        names = [each for each in dict.fromkeys(each.kind for each in known) if each not in leaving]
         if unknown := set(kinds) - set(names):
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
@@ -77,6 +82,8 @@ class Inputs:
         random = Random(f"{self.seed} {number}")
         kind = self.kind_of(number)
         sound = random.choice(self.sound[kind])
+        if kind in THREADED:
+            return replace(sound, files=damaged_store(sound.files, random))
         name = sound.opened if sound.opened and random.random() < 0.8 else random.choice([*sound.files])
         others = self._others[random.choice(self.kinds) if random.random() < 0.2 else kind]
         content = damaged(sound.files[name], random, text=sound.text and name == sound.opened, others=others)
@@ -90,6 +97,8 @@ class Inputs:
             self._folder = os.path.join(self.root, str(os.getpid()))
         # A folder for each seed: a file of another one is not there.
         folder = os.path.join(self._folder, f"{made.kind}-{'-'.join(sorted(made.files))[:99]}-{made.reader}")
+        if made.kind in THREADED:  # files of the one before, which may be missing in this one
+            shutil.rmtree(folder, ignore_errors=True)
         os.makedirs(folder, exist_ok=True)
         put(made, folder)
         return fuzz_readers.read(made.reader, os.path.join(folder, made.opened), made.options)
@@ -102,6 +111,8 @@ class Inputs:
         oiio.attribute("exr_threads", -1)
         with tempfile.TemporaryDirectory() as folder:
             for position, sound in enumerate(itertools.chain(*self.sound.values())):
+                if sound.kind in THREADED:
+                    continue
                 inner = Path(folder) / str(position)
                 inner.mkdir()
                 put(sound, str(inner))
@@ -109,9 +120,14 @@ class Inputs:
 
 
 def put(made: Seed, folder: str) -> None:
-    """Write the files of an input."""
+    """Write the files of an input; what would lie below a file that is none is left out."""
     for name, content in made.files.items():
-        with open(os.path.join(folder, name), "wb") as file:
+        path = os.path.join(folder, name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        if isinstance(content, Link):
+            os.symlink(os.fsdecode(content), path)
+            continue
+        with open(path, "wb") as file:
             file.write(content)
 
 

@@ -12,6 +12,7 @@ from unittest.mock import patch
 
 import numpy as np
 
+from support.fuzzing import readers_stores
 from support.fuzzing.seeds import STEPS, VALUES
 from texvol.annotation.lettering import Lettering
 from texvol.cli import information
@@ -157,6 +158,9 @@ _READERS: dict[str, Callable[..., int]] = {
     "volume": _volume,
     "info": _info,
     "series": _series,
+    "store": readers_stores.store,
+    "plan": readers_stores.plan,
+    "recording": readers_stores.recording,
     "mask": _mask,
     "picture": _picture,
     "diff": _diff,

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 DEFAULT_FPS = 30.0
+_LEAST_SECONDS = 2.0  # that a film lasts unless a rate is asked for
 _SLOTS = 2  # pictures held for each process: one that it encodes, one that waits
 _MOST_PROCESSES = 4  # encode as fast as a graphics card draws; llvmpipe needs the cores itself
 _PATIENCE = 20.0  # seconds for a process to finish its current picture
@@ -42,6 +43,11 @@ _ENVIRONMENT = {
 }
 _SPEAKER = re.compile(r"^(\[[^]]* @ 0x[0-9a-f]+\] )+")  # name and address of ffmpeg's component in a message
 _CONVERSION = re.compile(r"%%|%0?\d{0,2}d|%")
+
+
+def default_rate(pictures: int) -> float:
+    """Return the pictures per second of a film for which nobody chose them: it lasts two seconds at least."""
+    return min(DEFAULT_FPS, max(pictures, 1) / _LEAST_SECONDS)
 
 
 def numbered(path: str | os.PathLike[str], number: int) -> Path:

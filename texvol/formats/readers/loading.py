@@ -12,7 +12,7 @@ from typing import Any
 from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
-from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
+from texvol.formats.readers.samples import COUNTED, AxisLength, Choice, FileFault, Samples, TimeSteps
 from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
@@ -82,6 +82,24 @@ def read(name: str, choice: Choice) -> Samples:
     with named_faults(name, kind, "zarr" if kind in STORES else "formats"), quiet:
         read_one = partial(_read, name, kind)
         return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
+
+
+def axis_length(name: str, choice: Choice, axis: str) -> int:
+    """Return the number of channels (axis "C") or time steps ("T") of a file; 0 without such an axis.
+
+    An axis without a name is one of channels if `choice` has no time, and one of time if it has no channel.
+
+    Raises
+    ------
+    InputError, MissingExtraError
+        As `texvol.formats.readers.load`.
+    """
+    asked = choice._replace(channel=COUNTED) if axis == "C" else choice._replace(time=COUNTED)
+    try:
+        read(name, asked)
+    except AxisLength as length:
+        return int(length.args[0])
+    return 0
 
 
 def _read(name: str, kind: str, choice: Choice) -> Samples:
@@ -169,7 +187,7 @@ def named_faults(name: str, kind: str, extra: str) -> Iterator[None]:
         # Readers of folders name the slice; for a single file that would repeat its name.
         reason = library_reason(fault).removeprefix(f"{os.path.basename(name)}: ")
         raise InputError(f"{name}: {reason}") from None
-    except (TexvolError, TimeSteps):
+    except (TexvolError, TimeSteps, AxisLength):
         raise
     except OSError as error:
         raise InputError(f"{name}: cannot be read: {library_reason(error.strerror or error)}") from error

@@ -6,7 +6,7 @@ import os
 
 import numpy as np
 
-from texvol.formats.readers.samples import Choice, FileFault, Samples
+from texvol.formats.readers.samples import COUNTED, AxisLength, Choice, FileFault, Samples
 from texvol.formats.readers.stored import MAGIC, Stored, encoding_of, read_stored
 
 
@@ -18,6 +18,8 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(
             f"--shape must be three positive whole numbers NX,NY,NZ, got {','.join(map(str, choice.shape))}"
         )
+    if COUNTED in (choice.channel, choice.time):
+        raise AxisLength(0)
     if choice.channel or choice.time:
         raise FileFault("is raw, with three axes: leave --channel and --time out")
     try:

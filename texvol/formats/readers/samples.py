@@ -31,7 +31,17 @@ class NoChannel(FileFault):
 
 
 class TimeSteps(Exception):
-    """Number of time steps of a file, its argument; raised by a reader if `Choice.counting`."""
+    """Number of time steps of a file, and True if its components are colours; raised by a reader if `Choice.counting`.
+
+    The second argument may be left out by formats that have no colours.
+    """
+
+
+class AxisLength(Exception):
+    """Number of channels or time steps of a file, 0 without such an axis; raised where `COUNTED` is chosen."""
+
+
+COUNTED = 2**62  # a channel or time step that no file has: a reader that is asked for it says how many there are
 
 
 class Choice(NamedTuple):
@@ -66,8 +76,9 @@ class Samples(NamedTuple):
     """Result of a reader: unchecked values of shape (nz, ny, nx), and the grid as in `Volume`.
 
     `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
-    has them. Of a store there are `levels` in place of values, and as in `LargeVolume` `channel`, `channels`, `images`
-    and `check`; `labels` is True if the store says that its values are.
+    has them. `channel` is the one that is read of the described `channels`, where there are several. Of a store there
+    are `levels` in place of values, and as in `LargeVolume` `images` and `check`; `labels` is True if the store says
+    that its values are.
     """
 
     values: NDArray
@@ -123,6 +134,13 @@ def check_size(sizes: Sequence[int], item_bytes: int) -> int:
     return needed
 
 
+def check_chunk(sizes: Sequence[int], item_bytes: int) -> None:
+    """Raise FileFault unless a chunk of these sizes, which is decoded at once, fits into half of the free memory."""
+    room = free_memory() // 2
+    if (needed := prod(map(int, sizes)) * item_bytes) > room:
+        raise FileFault(f"its chunks of {by(sizes)} need {in_bytes(needed)} of memory, and there is {in_bytes(room)}")
+
+
 def check_unpacked(needed: int, packed: int) -> None:
     """Raise FileFault if `packed` compressed bytes can't plausibly hold `needed` bytes."""
     if needed > _UNPACKED_ANYWAY + _BEST_PACKING * packed:
@@ -165,10 +183,12 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
         If an axis of space is missing, or an option is missing, out of range, or without an axis.
     TimeSteps
         If `choice.counting`.
+    AxisLength
+        If the choice along an axis is COUNTED.
     """
     sizes = [int(size) for size in sizes]
     if choice.counting:
-        raise TimeSteps(_steps(axes, sizes, choice))
+        raise TimeSteps(_steps(axes, sizes, choice), "K" in axes)
     wanted = {"C": choice.channel, "T": choice.time}
     index: list[int | slice] = []
     for axis, size in zip(axes, sizes, strict=True):
@@ -191,8 +211,7 @@ def pick(axes: str, sizes: Sequence[int], choice: Choice) -> tuple[int | slice, 
         index.append(chosen)
     for name, chosen in wanted.items():
         if chosen:
-            kind = NoChannel if name == "C" else FileFault
-            raise kind(f"{_OPTIONS[name]} {chosen}: the file has no {_NAMES[name]} axis ({_listed(axes, sizes)})")
+            raise without_axis(name, chosen, f"no {_NAMES[name]} axis ({_listed(axes, sizes)})")
     if [axis for axis in axes if axis in "ZYX"] != list("ZYX"):
         spatial = [size for axis, size in zip(axes, sizes, strict=True) if axis in "ZYX"]
         raise FileFault(f"must have 3 axes, got {len(spatial)} ({by(spatial[::-1])})")
@@ -210,8 +229,18 @@ def _steps(axes: str, sizes: Sequence[int], choice: Choice) -> int:
     return steps[0] if steps else 1
 
 
-def out_of_range(axis: str, chosen: int | None, size: int) -> FileFault:
-    """Return the fault of a choice along "C" or "T" that does not exist."""
+def without_axis(axis: str, chosen: int, has: str) -> Exception:
+    """Return the fault of a choice along "C" or "T" of a file without that axis; `has` are words on what it has."""
+    if chosen == COUNTED:
+        return AxisLength(0)
+    kind = NoChannel if axis == "C" else FileFault
+    return kind(f"{_OPTIONS[axis]} {chosen}: the file has {has}")
+
+
+def out_of_range(axis: str, chosen: int | None, size: int) -> Exception:
+    """Return the fault of a choice along "C" or "T" that does not exist; the length of the axis if that is asked."""
+    if chosen == COUNTED:
+        return AxisLength(size)
     plural = "" if size == 1 else "s"
     kind = NoChannel if axis == "C" else FileFault
     return kind(f"{_OPTIONS[axis]} must be in 0..{size - 1}, got {chosen}: it has {size} {_COUNTED[axis]}{plural}")

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
+from texvol.formats.readers.tiff_channels import channels_of
 from texvol.formats.readers.tiff_pages import check_pages, check_planes
 
 _UNIT_NAMES = {
@@ -73,7 +74,9 @@ def _file(path: str, choice: Choice) -> Samples:
         if is_colored(axes):
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
         marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
-        return Samples(marked, **more, notes=notes)
+        channels = channels_of(tif, dict(zip(axes, sizes, strict=True)).get("C", 1))
+        channel = channels[choice.channel] if channels and choice.channel is not None else None
+        return Samples(marked, **more, notes=notes, channels=channels, channel=channel)
 
 
 def _marks(page: Any) -> tuple[int | float, ...]:

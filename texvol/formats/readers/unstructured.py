@@ -17,7 +17,16 @@ from texvol.formats.readers.missing import without_chosen
 from texvol.formats.readers.rasterising import rasterise
 from texvol.formats.readers.rectilinear import check_resolution, chosen_by
 from texvol.formats.readers.resampling import Difference, Floats, labels_at, resolution_for, sampled_at, type_between
-from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps, check_size, out_of_range, real_type
+from texvol.formats.readers.samples import (
+    Choice,
+    FileFault,
+    Samples,
+    TimeSteps,
+    check_size,
+    out_of_range,
+    real_type,
+    without_axis,
+)
 from texvol.formats.readers.splitting import SHAPES, split
 from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.util.errors import InputError
@@ -171,7 +180,7 @@ def _component(field: Field, choice: Choice) -> NDArray:
     if choice.counting:
         raise TimeSteps(1)
     if choice.time:
-        raise FileFault(f"--time {choice.time}: the file has one time step")
+        raise without_axis("T", choice.time, "one time step")
     components = field.values.shape[1]
     if components > 1 and choice.channel is None:
         where = "point" if field.at_points else "cell"

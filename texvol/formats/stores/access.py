@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import Any
 from urllib.parse import quote, urlsplit
 
-from texvol.formats.readers.samples import FileFault
+from texvol.formats.readers.samples import FileFault, check_chunk
 from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
@@ -59,9 +59,11 @@ class Store:
         Raises
         ------
         FileFault
-            As by `json`.
+            As by `json`; or if a key, which another file of the store may have told, leads out of the store.
         """
         for key in keys:
+            if ".." in key.split("/"):
+                raise FileFault(f"all of it must lie within the store, got the path {key!r}")
             if key not in self._json and (node := self._node_in_root(key)) is not None:
                 self._json[key] = node
         coming = [(key, self._kvstore.read(key)) for key in dict.fromkeys(keys) if key not in self._json]
@@ -120,27 +122,30 @@ class Store:
         self.look_up([joined(key, "zarr.json") for key in keys])
         self.look_up([joined(key, ".zarray") for key in keys if self.json(joined(key, "zarr.json")) is None])
         opened = [self._opened(key) for key in keys]
-        return [waited(each, f"its array {key or '/'}: ") for key, each in zip(keys, opened, strict=True)]
+        found = []
+        for key, each in zip(keys, opened, strict=True):
+            try:
+                found.append(each.result())
+            except (ValueError, OSError, NotImplementedError):  # it says more of metadata that it reads itself
+                found.append(waited(self._opened(key, knows=False), f"its array {key or '/'}: "))
+        for each in found:  # TensorStore ends the process where it finds no memory for a chunk
+            if chunk := each.chunk_layout.read_chunk.shape:
+                check_chunk(chunk, each.dtype.numpy_dtype.itemsize)
+        return found
 
-    def _opened(self, key: str) -> Any:
-        """Return the future of an array; its metadata are known here, and not read once more."""
+    def _opened(self, key: str, *, knows: bool = True) -> Any:
+        """Return the future of an array; if it `knows` the metadata, these are not read again."""
         import tensorstore
 
         version = self.version(key)
         if not version:
             raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
+        spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
         # What has been read once stays as it was when the array was opened.
-        spec = {
-            "driver": "zarr3" if version == 3 else "zarr",
-            "kvstore": self._spec(key),
-            "recheck_cached_data": "open",
-        }
-        metadata = self.json(joined(key, "zarr.json" if version == 3 else ".zarray"))
-        try:
-            known = {**spec, "metadata": metadata}
-            return tensorstore.open(known, context=self._context, read=True, open=True, assume_metadata=True)
-        except (ValueError, NotImplementedError):  # it says more of metadata that it reads itself
-            return tensorstore.open(spec, context=self._context, read=True, open=True)
+        spec |= {"recheck_cached_data": "open"}
+        if knows:
+            spec |= {"metadata": self.json(joined(key, "zarr.json" if version == 3 else ".zarray"))}
+        return tensorstore.open(spec, context=self._context, read=True, open=True, assume_metadata=knows)
 
     def check_alive(self) -> None:
         """Raise ServerFault if the server refuses to answer; do nothing of a store on this machine."""

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.child_process import check_survived
-from texvol.formats.readers.samples import Choice, FileFault, Samples, once
+from texvol.formats.readers.samples import Choice, FileFault, Samples, check_chunk, once
 from texvol.formats.stores.placing import layout_of, letters_of
-from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_sizes, sample_type
+from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_chunks, check_sizes, sample_type
 from texvol.scene.large_volume import Level
 
 # h5py's library has one lock of its own, too; this one also keeps a file from being closed while it is read.
@@ -38,6 +38,8 @@ class Hdf5Source(ChunkedSource):
         check_sizes(layout.sizes)
         dtype = sample_type(dataset.dtype, str(dataset.dtype))
         chunk = dataset.chunks or tuple(min(size, _SLABS) for size in dataset.shape)
+        check_chunk(chunk, dtype.itemsize)
+        check_chunks(layout, chunk)
         return cls(layout, dtype, tuple(chunk), level, reading, dataset)
 
     def __getstate__(self) -> dict[str, Any]:

@@ -68,12 +68,15 @@ def _series(store: Store, ome: dict[str, Any]) -> list[tuple[str, str]]:
     return [(each, each) for each in groups]
 
 
-def _labels(store: Store, group: str | None) -> list[str]:
-    if group is None:
-        return []
+def label_names(store: Store, group: str) -> list[str]:
+    """Return the names of the labels that belong to the image of a group, by which they lie in its group `labels`."""
     store.look_up([joined(group, f"labels/{each}") for each in METADATA])
     names = ome_attributes(store.attributes(joined(group, "labels")) or {}).get("labels")
-    return [joined("labels", each) for each in names if isinstance(each, str)] if isinstance(names, list) else []
+    return [each for each in names if isinstance(each, str)] if isinstance(names, list) else []
+
+
+def _labels(store: Store, group: str | None) -> list[str]:
+    return [] if group is None else [joined("labels", each) for each in label_names(store, group)]
 
 
 def _chosen(store: Store, wanted: str, named: dict[str, Any], known: list[str]) -> Image:

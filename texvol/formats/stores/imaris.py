@@ -6,6 +6,7 @@ The box from ExtMin to ExtMax reaches to the faces of the outer voxels, at every
 from __future__ import annotations
 
 import re
+from datetime import datetime
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,8 @@ from texvol.formats.stores.pyramid import checked_levels, levels_of
 from texvol.formats.stores.sources import Layout, Reading
 from texvol.scene.channel import Channel
 from texvol.util.color import linear_from_srgb
+
+_MOST_TIMES = 10**6
 
 
 def read(path: str, choice: Choice) -> Samples:
@@ -52,8 +55,20 @@ def _read(path: str, file: Any, choice: Choice) -> Samples:
     unit = units.length_unit(_text(file["DataSetInfo/Image"], "Unit"))
     return Samples.of_levels(
         levels, scales[0][::-1].tolist(), corners[0][::-1].tolist(), unit=unit, channels=channels,
-        channel=channels[channel] if len(channels) > 1 else None, notes=notes, check=check,
+        channel=channels[channel] if len(channels) > 1 else None, notes=notes, check=check, **_times(file, times),
     )  # fmt: skip
+
+
+def _times(file: Any, count: int) -> dict[str, Any]:
+    """Return the times of the steps in seconds after the first; nothing where one is not told."""
+    group = file.get("DataSetInfo/TimeInfo")
+    if group is None or not 1 < count <= _MOST_TIMES:
+        return {}
+    try:
+        moments = [datetime.fromisoformat(_text(group, f"TimePoint{number + 1}").strip()) for number in range(count)]
+        return {"times": [(each - moments[0]).total_seconds() for each in moments], "time_unit": "s"}
+    except (ValueError, TypeError):
+        return {}
 
 
 def _numbered(group: Any, word: str) -> list[Any]:

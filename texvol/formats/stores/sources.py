@@ -22,6 +22,8 @@ from texvol.util import remarks
 from texvol.util.errors import InputError
 
 _EXACT_BITS = 24  # of the integers that float32 holds
+_MOST_CHUNKS = 1 << 28  # of a level, 100 TB of plain ones; and along an axis: tables of them are held in memory
+_MOST_ALONG = 1 << 18
 
 
 @dataclass(frozen=True)
@@ -210,6 +212,15 @@ def check_sizes(sizes: Sequence[int]) -> None:
     """Raise FileFault if an array has no sample, or more than numbers of 64 bits count."""
     if min(sizes, default=0) < 1 or math.prod(sizes) >= 2**60:
         raise FileFault(f"every dimension must be positive, and not absurd, got {' x '.join(map(str, sizes))}")
+
+
+def check_chunks(layout: Layout, chunk: Sequence[int]) -> None:
+    """Raise FileFault if a level has more chunks than can be told apart."""
+    pairs = zip(layout.spatial(layout.sizes), layout.spatial(chunk), strict=True)
+    counts = [-(-size // max(one, 1)) for size, one in pairs]
+    if max(counts) > _MOST_ALONG or math.prod(counts) > _MOST_CHUNKS:
+        found = " x ".join(map(str, counts[::-1]))
+        raise FileFault(f"must have at most {_MOST_ALONG} chunks along an axis and {_MOST_CHUNKS} in all, got {found}")
 
 
 def _aligned(box: Box, chunk: Triple) -> Iterator[Box]:

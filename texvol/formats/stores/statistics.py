@@ -1,7 +1,9 @@
 """Statistics of the chunks of a level, where a store has them beside its levels.
 
-The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […]}} and
-the arrays of `ChunkStatistics`, float64, with a number for each chunk along every axis of the level's array.
+The group `texvol-statistics/<path of the level>` has the attribute {"texvol": {"version": 1, "chunk_shape": […],
+"shape": […], "data_type": …}} and the arrays of `ChunkStatistics`, float64, with a number for each chunk along every
+axis of the level's array. Where these are not what the array has, another tool has written it anew: such statistics are
+not used. Stores of earlier versions have the chunk shape only.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ import numpy as np
 
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import Store, joined, waited
-from texvol.formats.stores.sources import Layout
+from texvol.formats.stores.sources import ChunkedSource, Layout
 from texvol.scene.large_volume import ChunkStatistics
 from texvol.util.errors import InputError
 
@@ -78,31 +80,39 @@ class StoredStatistics(ChunkStatistics):
 
 
 def statistics_of(
-    store: Store, name: str, group: str, keys: Sequence[str], layouts: Sequence[Layout]
-) -> list[ChunkStatistics | None]:
-    """Return the statistics of the arrays `keys` of an image's group; None for an array without statistics.
+    store: Store, name: str, group: str, keys: Sequence[str], sources: Sequence[ChunkedSource]
+) -> tuple[list[ChunkStatistics | None], tuple[str, ...]]:
+    """Return the statistics of the arrays `keys` of an image's group, None for an array without, and notes.
 
-    Those of the first begin to be read. `name` is that of the store in messages.
+    Statistics that are of other chunks, another shape or another type than the array are left out, with a note. Those
+    of the first array begin to be read. `name` is that of the store in messages.
 
     Raises
     ------
     FileFault
-        If they are of another version, or those of the first array do not fit it.
+        If they are of another version, or those of the first array do not fit what they say they are of.
     """
     places = [joined(joined(group, GROUP), key.removeprefix(f"{group}/")) for key in keys]
     store.look_up([joined(place, "zarr.json") for place in places])
-    chunks = [_chunk_shape(store, place, layout) for place, layout in zip(places, layouts, strict=True)]
-    found = [
-        None if chunk is None else StoredStatistics(store, name, place, layout, chunk)
-        for place, layout, chunk in zip(places, layouts, chunks, strict=True)
-    ]
-    if found and found[0] is not None:
+    found: list[ChunkStatistics | None] = []
+    notes = []
+    for place, source in zip(places, sources, strict=True):
+        told, layout = _told(store, place), source.layout
+        change = "" if told is None else _change(told, source)
+        if change:
+            notes.append(f"its {place} is left out: it is of {change}; another program has written the array since")
+        if told is None or change:
+            found.append(None)
+            continue
+        chunk = [min(pair) for pair in zip(told["chunk_shape"], layout.sizes, strict=True)]
+        found.append(StoredStatistics(store, name, place, layout, chunk))
+    if found and isinstance(found[0], StoredStatistics):
         found[0].begin()
-    return list(found)
+    return found, tuple(notes)
 
 
-def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
-    """Return the chunk shape that the statistics in a group are of; None if there are no statistics."""
+def _told(store: Store, place: str) -> dict[str, Any] | None:
+    """Return what the statistics in a group say they are of; None if there are no statistics."""
     attributes = store.attributes(place)
     if attributes is None:
         return None
@@ -111,9 +121,28 @@ def _chunk_shape(store: Store, place: str, layout: Layout) -> list[int] | None:
         version = told.get("version") if isinstance(told, dict) else None
         raise FileFault(f"its {place} must be statistics of version {VERSION}, got version {version}")
     chunk = told.get("chunk_shape")
-    if not isinstance(chunk, list) or len(chunk) != len(layout.sizes) or not all(_is_count(each) for each in chunk):
-        raise FileFault(f"its {place} must have a chunk_shape of {len(layout.sizes)} numbers, got {chunk!r}")
-    return chunk
+    if not isinstance(chunk, list) or not all(_is_count(each) for each in chunk):
+        raise FileFault(f"its {place} must have a chunk_shape of whole numbers, got {chunk!r}")
+    return told
+
+
+def _change(told: dict[str, Any], source: ChunkedSource) -> str:
+    """Return in words how the array differs from what its statistics are of; "" if it does not."""
+    sizes = source.layout.sizes
+    # Chunks that are longer than the array are as good as any other.
+    theirs, own = ([min(pair) for pair in zip(each, sizes, strict=False)]
+                   for each in (told["chunk_shape"], source.stored_chunk))  # fmt: skip
+    if len(told["chunk_shape"]) != len(sizes) or theirs != own:
+        return f"chunks of {_by(told['chunk_shape'])}, and the array has chunks of {_by(source.stored_chunk)}"
+    if told.get("shape", list(sizes)) != list(sizes):
+        return f"an array of {_by(told['shape'])}, and the array has {_by(sizes)}"
+    if told.get("data_type", source.stored_type.name) != source.stored_type.name:
+        return f"values of type {told['data_type']}, and the array has {source.stored_type.name}"
+    return ""
+
+
+def _by(numbers: Any) -> str:
+    return " x ".join(map(str, numbers)) if isinstance(numbers, list | tuple) else repr(numbers)
 
 
 def _started(opened: list[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:

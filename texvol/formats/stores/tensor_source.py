@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault
 from texvol.formats.stores.access import bytes_so_far, waited
-from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_sizes, sample_type
+from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_chunks, check_sizes, sample_type
 from texvol.scene.large_volume import Box
 
 _MOST_FILES = 20_000  # whose sizes are asked for: a fraction of a second
@@ -82,10 +82,11 @@ class TensorSource(ChunkedSource):
         name = store.dtype.name
         wide = np.float32 if name.startswith("float8") else _WIDENED.get(name)
         dtype = np.dtype(wide) if wide else sample_type(np.dtype(store.dtype.numpy_dtype), name)
-        chunk = store.chunk_layout.read_chunk.shape or store.shape
+        shape = store.chunk_layout.read_chunk.shape or store.shape
+        chunk = tuple(int(each) or size for each, size in zip(shape, store.shape, strict=True))
+        check_chunks(layout, chunk)
         _METER.start()
-        return cls(layout, dtype, tuple(int(each) or size for each, size in zip(chunk, store.shape, strict=True)),
-                   level, reading, store, check_alive)  # fmt: skip
+        return cls(layout, dtype, chunk, level, reading, store, check_alive)
 
     @property
     def bytes_read(self) -> int:
@@ -109,7 +110,8 @@ class TensorSource(ChunkedSource):
             seen += len(names)
             if seen > _MOST_FILES:
                 return None
-            total += sum(os.path.getsize(os.path.join(folder, each)) for each in names)
+            paths = (os.path.join(folder, each) for each in names)
+            total += sum(os.path.getsize(each) for each in paths if os.path.isfile(each))
         return total
 
     def fetch(self, index: tuple[int | slice, ...]) -> NDArray:

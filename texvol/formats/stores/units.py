@@ -20,7 +20,8 @@ _SHORT |= {word.replace("meter", "metre"): short for word, short, _ in _LENGTHS 
 _SHORT |= {"um": "µm", "μm": "µm", "micron": "µm", "microns": "µm", "pixel": "", "pixels": "", "index": ""}
 _METRES = {short: metres for _, short, metres in _LENGTHS}
 _TIMES = {"second": "s", "seconds": "s", "sec": "s", "millisecond": "ms", "microsecond": "µs", "minute": "min"}
-_TIMES |= {"hour": "h", "day": "d"}
+_TIMES |= {"hour": "h", "day": "d", "milliseconds": "ms", "microseconds": "µs", "minutes": "min", "hours": "h"}
+_TIMES |= {"days": "d"}
 
 
 def length_unit(word: str) -> str:
@@ -43,6 +44,14 @@ def common_length(units: Sequence[str]) -> tuple[str, list[float], tuple[str, ..
     listed = ", ".join(each or "no unit" for each in units[::-1])
     note = f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable"
     return "", [1.0] * len(units), (note,)
+
+
+def time_word(short: str) -> str:
+    """Return the word of a unit of time for OME metadata, that of "hours since 2001-01-01" too; else empty."""
+    words = short.split()
+    first = words[0] if words and (len(words) == 1 or words[1] == "since") else ""
+    known = _TIMES.get(first.lower(), first)
+    return next((word for word, each in _TIMES.items() if each == known), "")
 
 
 def unit_word(short: str) -> str:

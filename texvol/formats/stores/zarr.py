@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,6 +19,8 @@ from texvol.formats.stores.tensor_source import TensorSource
 from texvol.scene.channel import Channel
 from texvol.scene.large_volume import ChunkStatistics, Level
 from texvol.util.locations import public
+
+_MOST_CHANNELS = 10_000
 
 
 def read(path: str, choice: Choice) -> Samples:
@@ -70,8 +73,10 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
                for number, (each, layout) in enumerate(zip(opened, layouts, strict=True))]  # fmt: skip
     if choice.missing:  # the statistics of the store count values that are missing now
         statistics: list[ChunkStatistics | None] = [None] * len(layouts)
+        stale: tuple[str, ...] = ()
     else:
-        statistics = statistics_of(store, reading.name, image.group, [each.key for each in image.datasets], layouts)
+        keys = [each.key for each in image.datasets]
+        statistics, stale = statistics_of(store, reading.name, image.group, keys, sources)
     unit, factors, notes = units.common_length([_unit(image, layouts[0], axis) for axis in range(3)])
     scales = [_spatial(each.scale, layouts[0], factors, 1.0) for each in image.datasets]
     if not image.placed:
@@ -85,8 +90,8 @@ def _image(store: Store, image: Image, known: list[str], choice: Choice) -> Samp
         levels, scales[0][::-1], translations[0][::-1], unit=unit, labels=labels, channels=channels,
         channel=None if len(channels) < 2 else channels[int(chosen.channel or 0)],
         **_own_place(store.attributes(image.group) or {}),
-        images=tuple(known), check=check, notes=(*notes, *_about(image, known, channels, chosen), *more),
-        **_times(image, letters, sizes),
+        images=tuple(known), check=check, notes=(*notes, *_about(image, known, channels, chosen), *more, *stale),
+        **_times(image, letters, sizes, store.attributes(image.group) or {}),
     )  # fmt: skip
 
 
@@ -104,7 +109,9 @@ def _reading(store: Store, choice: Choice) -> Reading:
 
 
 def _channels(image: Image, count: int) -> tuple[Channel, ...]:
-    """Return as many channels as there are, described where the metadata do."""
+    """Return as many channels as there are, described where the metadata do; none of absurdly many."""
+    if count > _MOST_CHANNELS:
+        return ()
     told = {each.number: each for each in image.channels}
     return tuple(told.get(number, Channel(number)) for number in range(count))
 
@@ -120,13 +127,21 @@ def _spatial(numbers: Sequence[float], layout: Layout, factors: Sequence[float],
             for axis, factor in zip(layout.order, factors, strict=True)]  # fmt: skip
 
 
-def _times(image: Image, letters: str, sizes: Sequence[int]) -> dict[str, Any]:
+def _times(image: Image, letters: str, sizes: Sequence[int], attributes: dict[str, Any]) -> dict[str, Any]:
+    """Return the times of all steps: those that `texvol convert` writes where they are uneven, else by the scale."""
     if "T" not in letters or sizes[letters.index("T")] > 10**6:
         return {}
     axis = letters.index("T")
-    first = image.datasets[0]
-    times = [first.translation[axis] + first.scale[axis] * number for number in range(sizes[axis])]
-    return {"times": times, "time_unit": units.time_unit(image.axes[axis].unit)}
+    first, own = image.datasets[0], attributes.get("texvol")
+    own = own if isinstance(own, dict) else {}
+    times, unit = own.get("times"), own.get("time_unit")
+    if not isinstance(times, list) or len(times) != sizes[axis] or not all(map(_is_number, times)):
+        times = [first.translation[axis] + first.scale[axis] * number for number in range(sizes[axis])]
+    return {"times": times, "time_unit": unit if isinstance(unit, str) else units.time_unit(image.axes[axis].unit)}
+
+
+def _is_number(told: Any) -> bool:
+    return isinstance(told, int | float) and not isinstance(told, bool) and math.isfinite(told)
 
 
 def _about(image: Image, known: list[str], channels: tuple[Channel, ...], chosen: Choice) -> tuple[str, ...]:

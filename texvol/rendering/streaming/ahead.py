@@ -53,11 +53,11 @@ class PartsAhead:
         NoRoomError
             If the budget has no room for one part.
         """
-        waiting, ahead = deque(enumerate(order)), deque[PendingPart]()
+        waiting, ahead = deque(order), deque[PendingPart]()
         try:
             while waiting or ahead:
                 while waiting and len(ahead) < AHEAD:
-                    number, region = waiting[0]
+                    region = waiting[0]
                     finest = picture.brick(region, 0)
                     if screen.hides(finest):
                         waiting.popleft()
@@ -65,7 +65,7 @@ class PartsAhead:
                         continue
                     if ahead and screen.may_hide(finest, [each.finest for each in ahead]):
                         break  # read only once it is known to be seen
-                    brick = picture.brick(region, picture.level(region, partial(screen.seen, finest, number)))
+                    brick = picture.brick(region, picture.level(region))
                     pending = PendingPart(finest, brick)
                     if self.known(pending, picture) is None and not self._ask(pending, screen, picture, bool(ahead)):
                         break
@@ -73,7 +73,6 @@ class PartsAhead:
                     waiting.popleft()
                 if ahead:
                     yield ahead.popleft()
-                screen.has_come_to(waiting[0][0] - len(ahead) if waiting else len(order))
         finally:
             for each in ahead:
                 self._forget(each)
@@ -81,7 +80,7 @@ class PartsAhead:
     def known(self, pending: PendingPart, picture: PictureOfParts) -> Part | None:
         """Return the part if it is on the device."""
         return self._parts.known(
-            pending.brick, picture.texels(pending.brick.level), picture.scene.classification, picture.view
+            pending.brick, picture.texels(pending.brick), picture.scene.classification, picture.view
         )
 
     def part(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
@@ -105,7 +104,7 @@ class PartsAhead:
             prepared = pending.prepared.result()
             if start is not None:
                 self._cache.reading.seconds_waited += perf_counter() - start
-            texels = picture.texels(pending.brick.level)
+            texels = picture.texels(pending.brick)
             view = picture.view if pending.assembly.has_holes else ""
             return self._parts.added(pending.brick, texels, prepared, everything, view)
         finally:
@@ -126,14 +125,14 @@ class PartsAhead:
         return True
 
     def _prepared(self, assembly: Assembly, picture: PictureOfParts, brick: Brick) -> Prepared:
-        volume = picture.volume.placed(assembly.level, assembly.first, assembly.values())
+        values = picture.continued(brick, assembly.values())
+        volume = picture.volume.placed(assembly.level, assembly.first, values)
         return picture.prepared(volume, brick)
 
     def _pass_by(self, region: Region, picture: PictureOfParts) -> None:
         """Tell the samples that a region is not needed."""
-        if picture.knows_levels:
-            brick = picture.brick(region, picture.level(region, lambda: 1.0))
-            self._cache.pass_by(brick.level, brick.stored_first, brick.stored_last)
+        brick = picture.brick(region, picture.level(region))
+        self._cache.pass_by(brick.level, brick.stored_first, brick.stored_last)
 
     def _forget(self, pending: PendingPart) -> None:
         """Give back what a part holds, when its thread has ended."""

@@ -25,6 +25,21 @@ class Pending(Protocol):
         """Wait for the samples and return them; raise InputError if a chunk cannot be read."""
 
 
+@dataclass(frozen=True)
+class InMemory:
+    """Samples that need not be read."""
+
+    values: NDArray
+
+    def done(self) -> bool:
+        """Return True."""
+        return True
+
+    def result(self) -> NDArray:
+        """Return the samples."""
+        return self.values
+
+
 class Held:
     """A chunk in memory or on the way; methods may be called by any thread."""
 

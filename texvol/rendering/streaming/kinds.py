@@ -5,6 +5,20 @@ from __future__ import annotations
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import Scene
+from texvol.util.errors import check_type
+
+
+def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str | None = None) -> Scene:
+    """Return `in_parts_or_memory` of a scene, with its look, that a picture of the size can show.
+
+    Raises
+    ------
+    InputError
+        If it is not a scene, the picture cannot show it, or a volume does not fit in memory.
+    """
+    check_type("scene", scene, Scene)
+    scene.check_for(size)
+    return in_parts_or_memory(scene.looked, texture_refinement)
 
 
 def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None) -> Scene:

@@ -2,18 +2,9 @@
 
 *By pixels.* A level is as fine as a region's nearest pixel can show if its samples lie no farther apart than pixels do.
 
-*By error.* Where a region is drawn from a coarse level its medium is the mean one (`texvol.textures.distribution`),
-and a ray that passes it at one position meets another. What it meets differs at most by the range of q or τ over the
-values in a chunk, on the length h of a coarse sample, if the values differ in a few places only; and if they differ
-everywhere, in each of the chunk's n coarse samples on the ray, with either sign,
-
-    moved <= h max(range, slope sqrt(variance n))
-
-with the steepest slope of q or τ over these values. What regions behind each other move is to be at most E: squares add
-up. Only what is still seen of a region counts, which is known when it is about to be read.
-
-Real volumes differ from their halved ones by a tenth to a third of their range wherever anything is in them. So an
-error of 1/100 is kept by coarse levels where the medium hardly changes, or is hardly seen, and nowhere else.
+*By error.* Rays through a coarse level predict how far each level of each region moves the picture: see
+`texvol.rendering.streaming.sensitivity`. A ray has a budget, which regions of coarse levels use up. Regions are made
+coarse as long as no ray goes beyond its budget, first those that save most for what they use of it.
 """
 
 from __future__ import annotations
@@ -22,17 +13,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
+from texvol.rendering.streaming.left_out import Floats, Guide, Numbers
+from texvol.rendering.streaming.sensitivity import MOST_DEVIATIONS, Sensitivity
 from texvol.scene.large_volume import LargeVolume, Level
+from texvol.scene.looks import EXPOSED
 from texvol.scene.scene import CompleteScene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.slicing.regions import Region
+from texvol.textures.distribution import Smoothed
 from texvol.util.errors import InputError
 
-_NODES = 4096  # values at which a transfer function is looked at
-Numbers = NDArray[np.float64]
+_MOST_LIT = 3e7  # samples of a level whose gradients take a second or two
+_OF_LEVELS = 0.75  # of an error that is asked for; slabs keep what is left, which costs no reading
 
 
 def levels_by_pixels(
@@ -54,7 +48,7 @@ class LevelsAskedFor:
     """Arguments of `Renderer.render` that decide the levels."""
 
     level: int | str = "auto"
-    level_error: float | None = None  # that coarser levels may have; half of `max_error` if None
+    level_error: float | None = None  # that coarser levels may have; three quarters of `max_error` if None
     max_error: float | None = None  # of the whole picture
     slabs: float | None = None  # not None if the slabs' thickness was asked for
     coarser_by_pixels: bool | None = None  # None: if the level is auto
@@ -81,13 +75,15 @@ def with_levels(
             raise InputError(f"level must be of a volume in a store that is drawn part by part, got {level!r}")
         return settings
     if level_error is None and level == "auto" and asked.max_error is not None:
-        level_error = asked.max_error / 2
+        level_error = _OF_LEVELS * asked.max_error
     if level_error is not None:
         if level not in ("auto", 0):
             raise InputError(f"level must be auto where an error decides it, got {level!r}")
         return replace(settings, level_error=level_error)
     given = asked.slabs is not None and asked.max_error is None
     number = settled_level(scene, size, level, settings.slab_thickness if given else None)
+    if level == "auto" and asked.slabs is None:
+        number = _sooner(scene, size, volume, number)
     thickness = settings.slab_thickness
     if asked.slabs is None:
         thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
@@ -98,6 +94,19 @@ def with_levels(
     return replace(settings, level=number, coarser_by_pixels=coarser or None, slab_thickness=thickness)
 
 
+def _sooner(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, number: int) -> int:
+    """Return a level for a first picture: in the light of a look, gradients of all fine samples would take seconds.
+
+    Samples of the level are at most two pixels apart. A scene with a light of its own stays as it is.
+    """
+    if scene.lighting != EXPOSED or number + 1 >= len(volume.levels):
+        return number
+    samples = float(np.prod(volume.levels[number].source.shape, dtype=float))
+    whole = Region((0, 0, 0), (0, 0, 0), volume.dimensions)
+    coarsest = _level_of(volume, 2 * _pixel_distance(scene, size, volume, whole))
+    return min(number + 1, max(coarsest, number)) if samples > _MOST_LIT else number
+
+
 def with_levels_told(
     scene: CompleteScene, size: tuple[int, int], settings: Settings, asked: LevelsAskedFor
 ) -> Settings:
@@ -105,12 +114,17 @@ def with_levels_told(
 
     If coarse levels may be in it the command tells at its end which of them lie elsewhere than they say.
     """
-    settings, volume = with_levels(scene, size, settings, asked), scene.volume
+    settings = with_levels(scene, size, settings, asked)
+    remark_on_coarse_levels(scene.volume, settings)
+    return settings
+
+
+def remark_on_coarse_levels(volume: Volume, settings: Settings) -> None:
+    """Let the command tell at its end which levels lie elsewhere than they say, if a picture may have coarse ones."""
     if isinstance(volume, LargeVolume) and (
         settings.level or settings.coarser_by_pixels or settings.level_error is not None or volume.source.get("level")
     ):
         volume.remark_on_levels()
-    return settings
 
 
 def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str, most_apart: float | None) -> int:
@@ -140,45 +154,71 @@ def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str,
 
 
 @dataclass(frozen=True)
-class PredictedErrors:
-    """How far each level of each region would move the picture, shape (regions, levels), and what is allowed."""
+class LevelsByError:
+    """Level of each region, and how far all of them together are predicted to move the picture at most."""
 
-    moved: Numbers
-    allowed: float
-
-    def level(self, region: int, seen: float) -> int:
-        """Return the coarsest level of a region of which at most a fraction `seen` is seen that keeps the error."""
-        keep = np.flatnonzero(self.moved[region] * seen <= self.allowed)
-        return int(keep.max(initial=0))
+    levels: list[int]
+    moved: float
 
 
-def predicted_errors(
-    scene: CompleteScene, volume: LargeVolume, regions: Sequence[Region], max_error: float
-) -> PredictedErrors | None:
-    """Return what coarse levels are predicted to move; None if that is not known: all is drawn from the finest."""
-    statistics = volume.levels[0].statistics
-    if statistics is None or scene.medium.needs_gradient:  # gradients of coarse samples are not those of fine ones
-        return None
-    light = max(scene.lighting.brightest, 1.0) if scene.lighting else 1.0
-    low, high = (np.nan_to_num(each) for each in (statistics.lowest_around, statistics.highest_around))
-    slope, span = _slopes_and_ranges(scene.medium, low, high)
-    deviation = np.sqrt(np.nan_to_num(statistics.variance))
-    with np.errstate(invalid="ignore"):
-        sums = np.where(deviation > 0, np.minimum(slope * deviation, span), 0.0)
-    longest = float((np.array(statistics.chunk_shape[::-1]) * volume.spacing).max())
-    coarse = [float((volume.spacing * level.factor).max()) for level in volume.levels]
-    moved = np.zeros((len(regions), len(volume.levels)))
-    for row, region in zip(moved, regions, strict=True):
-        chunks = tuple(
-            slice(a // n, -(-b // n))
-            for a, b, n in zip(region.first[::-1], region.last[::-1], statistics.chunk_shape, strict=True)
-        )
-        once, everywhere = float(span[chunks].max()), float(sums[chunks].max())
-        row[:] = [light * h * max(once, everywhere * np.sqrt(max(longest / h, 1.0))) for h in coarse]
-        row[[not covers(level, region) for level in volume.levels]] = np.inf
-    moved[:, 0] = 0.0
-    behind = max((len({region.position[axis] for region in regions}) for axis in range(3)), default=1)
-    return PredictedErrors(moved, max_error / float(np.sqrt(behind)))
+def levels_by_error(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: Sequence[Region], max_error: float
+) -> LevelsByError:
+    """Return the coarsest levels that are predicted to keep an error: the finest where nothing predicts it."""
+    finest = LevelsByError([0] * len(regions), 0.0)
+    # Gradients of coarse samples are not those of fine ones; and labels have no variance.
+    if not regions or max_error <= 0 or volume.levels[0].statistics is None or volume.nearest:
+        return finest
+    if scene.medium.needs_gradient:
+        return finest
+    guide = Guide.of(volume, Smoothed(scene.medium, volume.smallest_spacing))
+    if guide is None:
+        return finest
+    rays = Sensitivity(scene, size, guide, regions)
+    groups = _regions_of_chunks(volume, regions)
+    moved = []
+    for level in range(1, guide.number + 1):  # coarser ones would have to be read
+        variance = rays.variance(level)
+        variance[:, [not covers(volume.levels[level], region) for region in regions] | rays.missed] = np.inf
+        moved.append(np.stack([variance[:, group].sum(axis=1) for group in groups], axis=1))
+    sizes = np.array([sum(np.prod(np.subtract(regions[n].last, regions[n].first)) for n in group) for group in groups])
+    found, used = _coarsest(moved, sizes, (max_error / MOST_DEVIATIONS) ** 2)
+    levels = np.zeros(len(regions), int)
+    for level, group in zip(found, groups, strict=True):
+        levels[group] = level
+    return LevelsByError(levels.tolist(), MOST_DEVIATIONS * float(np.sqrt(used)))
+
+
+def _regions_of_chunks(volume: LargeVolume, regions: Sequence[Region]) -> list[list[int]]:
+    """Return the numbers of regions that are read together: those that begin in the same chunk."""
+    groups: dict[tuple[int, ...], list[int]] = {}
+    chunk = volume.levels[0].source.chunk_shape[::-1]
+    for number, region in enumerate(regions):
+        groups.setdefault(tuple(a // n for a, n in zip(region.first, chunk, strict=True)), []).append(number)
+    return list(groups.values())
+
+
+def _coarsest(moved: list[Floats], sizes: Numbers, budget: float) -> tuple[list[int], float]:
+    """Return levels of parts by which no ray is moved beyond a budget, and the most that one is moved.
+
+    Parameters
+    ----------
+    moved : list of arrays of shape (rays, parts)
+        Variances that each part adds to each ray, for levels 1, 2, …
+    sizes : array of shape (parts,)
+        Samples, which coarse levels save.
+    """
+    levels = [0] * len(sizes)
+    used = np.zeros(len(moved[0]) if moved else 1)
+    for number, of_level in enumerate(moved, 1):
+        before = moved[number - 2] if number > 1 else np.zeros_like(of_level)
+        with np.errstate(invalid="ignore"):
+            more = np.where(np.isinf(of_level), np.inf, of_level - before)
+        cost = more.max(axis=0, initial=0.0) / sizes
+        for part in np.argsort(cost, kind="stable").tolist():
+            if levels[part] == number - 1 and np.isfinite(cost[part]) and (used + more[:, part] <= budget).all():
+                levels[part], used = number, used + more[:, part]
+    return levels, float(max(used.max(initial=0.0), 0.0))
 
 
 def covers(level: Level, region: Region) -> bool:
@@ -186,29 +226,6 @@ def covers(level: Level, region: Region) -> bool:
     count, factor, first = np.array(level.source.shape[::-1]), np.array(level.factor), np.array(level.first)
     begins, ends = first - factor / 2, first + factor * (count - 0.5)
     return bool((begins <= np.array(region.first)).all() and (ends >= np.array(region.last) - 1).all())
-
-
-def _slopes_and_ranges(function: TransferFunction, low: Numbers, high: Numbers) -> tuple[Numbers, Numbers]:
-    """Return the steepest slope and the range of any of q and τ between two values, of the shape of these."""
-    values = function.values
-    nodes = np.unique(np.concatenate([values, np.linspace(values[0], values[-1], _NODES)]))
-    emission, extinction = function.classify(nodes)
-    medium = np.column_stack([emission, extinction])
-    medium = np.where(np.isinf(medium), 1e30, medium)
-    gaps = np.diff(nodes)
-    slopes = np.abs(np.diff(medium, axis=0)).max(axis=1) / np.where(gaps > 0, gaps, 1.0)
-    steps = np.flatnonzero(np.diff(values) == 0)
-    first = np.clip(np.searchsorted(nodes, low, side="right") - 1, 0, len(nodes) - 1)
-    last = np.clip(np.searchsorted(nodes, high, side="left"), 0, len(nodes) - 1)
-    slope, span = np.zeros(low.shape), np.zeros(low.shape)
-    for index in np.ndindex(*low.shape):
-        a, b = int(first[index]), int(last[index])
-        if b > a:
-            slope[index] = slopes[a:b].max()
-            span[index] = np.ptp(medium[a : b + 1], axis=0).max()
-        if any(low[index] <= values[step] <= high[index] for step in steps):
-            slope[index] = np.inf
-    return slope, span
 
 
 def _level_of(volume: LargeVolume, apart: float) -> int:

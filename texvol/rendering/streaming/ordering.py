@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
-from texvol.rendering.streaming.levels import levels_by_pixels, predicted_errors
-from texvol.rendering.streaming.visibility import region_shows, shown_box
-from texvol.scene.large_volume import LargeVolume
+from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
+from texvol.rendering.streaming.visibility import needed_chunks, region_shows, shown_box
+from texvol.scene.large_volume import Box, LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
 from texvol.slicing.bricks import Brick, Triple
@@ -29,13 +29,23 @@ class Drawn:
     hidden: int = 0  # behind opaque matter, and not read
     empty: int = 0  # known to show nothing, and not read
     by_level: dict[int, int] = field(default_factory=dict)  # regions drawn of each level
+    moved: float | None = None  # by coarse levels at most, as predicted, where an error decides them
+
+
+@dataclass
+class KnownLevels:
+    """Levels of regions, and how far they are predicted to move the picture, where an error decides them."""
+
+    of_regions: dict[Region, int] = field(default_factory=dict)
+    moved: float | None = None
 
 
 class RegionsOfPicture:
     """Regions that a picture shows, in order, and their levels."""
 
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
-        self.levels: dict[Region, int] = {}
+        self.levels = KnownLevels()
+        self._at: dict[Triple, Region] = {}  # shown regions
         self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
@@ -50,23 +60,25 @@ class RegionsOfPicture:
             for region in regions
             if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
         ]
-        drawn, error = Drawn(len(regions), empty=len(regions) - len(shown)), self.settings.level_error
-        self._predicted = predicted_errors(self.scene, self.volume, shown, error) if error is not None else None
-        if self._predicted is None and error is None:
+        drawn = Drawn(len(regions), empty=len(regions) - len(shown))
+        error = self.settings.level_error
+        if error is None:
             found = levels_by_pixels(self.scene, self.size, self.settings, self.volume, shown)
-            self.levels |= dict(zip(shown, found, strict=True))
-        self._numbers = {region: number for number, region in enumerate(shown)}
+            self.levels.of_regions |= dict(zip(shown, found, strict=True))
+        elif not self.levels.of_regions.keys() >= set(shown) or self.levels.moved is None:
+            by_error = levels_by_error(self.scene, self.size, self.volume, shown, error)
+            # Those that are known stay, so that pictures can be compared.
+            known = dict(zip(shown, by_error.levels, strict=True)) | self.levels.of_regions
+            self.levels.of_regions.update(known)
+            self.levels.moved = max(by_error.moved, self.levels.moved or 0.0)
+        drawn.moved = self.levels.moved
+        self._at = {region.position: region for region in shown}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
-        at = {region.position: region for region in shown}
-        return [at[brick.position] for brick in ordered], drawn
+        return [self._at[brick.position] for brick in ordered], drawn
 
-    def level(self, region: Region, seen: Callable[[], float]) -> int:
-        """Return the level of a region, of which at most a fraction `seen()` is seen; it stays what it was before."""
-        if region not in self.levels:
-            predicted = self._predicted
-            of_error = predicted.level(self._numbers[region], seen()) if predicted is not None else None
-            self.levels[region] = self.settings.level if of_error is None else of_error
-        return self.levels[region]
+    def level(self, region: Region) -> int:
+        """Return the level of a region that is shown."""
+        return self.levels.of_regions[region]
 
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""
@@ -76,10 +88,52 @@ class RegionsOfPicture:
             shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
         return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
 
-    @property
-    def knows_levels(self) -> bool:
-        """True if no level depends on what has been drawn before."""
-        return self.settings.level_error is None
+    def needed(self, number: int) -> NDArray[np.bool_] | None:
+        """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known."""
+        needed = needed_chunks(self.scene, self.volume, number, self.beyond)
+        coarse = None if number else self._of_coarse
+        if coarse is None:
+            return needed
+        return ~coarse if needed is None else needed & ~coarse
+
+    @cached_property
+    def _of_coarse(self) -> NDArray[np.bool_] | None:
+        """Chunks of level 0 that only regions of coarse levels show; None if levels do not depend on an error."""
+        if self.settings.level_error is None:
+            return None
+        source = self.volume.levels[0].source
+        coarse = np.zeros([-(-n // c) for n, c in zip(source.shape, source.chunk_shape, strict=True)], np.bool_)
+        for region in sorted(self._at.values(), key=lambda each: self.level(each), reverse=True):
+            coarse[_chunks(region.first, region.last, source.chunk_shape)] = self.level(region) > 0
+        return coarse
+
+    def left_to_coarse(self, brick: Brick) -> tuple[Box, ...]:
+        """Return the boxes of samples, along z, y, x, in which a brick of the finest level continues beyond itself.
+
+        They are in chunks that only coarse levels show, and that are not read.
+        """
+        coarse = None if brick.level else self._of_coarse
+        if coarse is None:
+            return ()
+        shape = self.volume.levels[0].source.chunk_shape
+        where = _chunks(brick.stored_first, brick.stored_last, shape)
+        places = np.argwhere(coarse[where]) + [part.start for part in where]
+        ends = list(zip(brick.stored_first[::-1], brick.stored_last[::-1], shape, strict=True))
+        boxes = []
+        for place in places.tolist():
+            z, y, x = (slice(max(i * n, a), min((i + 1) * n, b)) for i, (a, b, n) in zip(place, ends, strict=True))
+            boxes.append((z, y, x))
+        return tuple(boxes)
+
+    def continued(self, brick: Brick, values: NDArray) -> NDArray:
+        """Return a part's samples with its outermost ones in place of those that are left to coarse levels."""
+        start = np.array(brick.stored_first[::-1])
+        own = [(a, b - 1) for a, b in zip(brick.first[::-1], brick.last[::-1], strict=True)]
+        for box in self.left_to_coarse(brick):
+            nearest = (np.clip(np.arange(part.start, part.stop), *ends) for part, ends in zip(box, own, strict=True))
+            into = tuple(slice(part.start - a, part.stop - a) for part, a in zip(box, start, strict=True))
+            values[into] = values[np.ix_(*(each - a for each, a in zip(nearest, start, strict=True)))]
+        return values
 
     def shown_samples(self, first: Triple, last: Triple) -> NDArray[np.float64] | None:
         """Return the box of chunks that show anything from one sample of level 0 to another: see `shown_box`."""
@@ -87,6 +141,12 @@ class RegionsOfPicture:
             reach = np.ceil(self.margin).astype(int)
             self._shown[first, last] = shown_box(self.scene, self.volume, first - reach, last + reach)
         return self._shown[first, last]
+
+
+def _chunks(first: Triple, last: Triple, shape: Triple) -> Box:
+    """Return the chunks, along z, y, x, that hold the samples first … last - 1, along x, y, z."""
+    z, y, x = (slice(a // n, -(-b // n)) for a, b, n in zip(first[::-1], last[::-1], shape, strict=True))
+    return z, y, x
 
 
 def with_settled_light(scene: CompleteScene) -> CompleteScene:

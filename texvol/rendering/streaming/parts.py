@@ -90,16 +90,17 @@ class PictureOfParts(RegionsOfPicture):
             f"{drawing.view.slab_thickness} {drawing.least_transmittance} {self.settings.level_error}"
         )
 
-    def texels(self, level: int) -> tuple[Any, ...]:
-        """Return what the texels of a level are made of."""
+    def texels(self, brick: Brick) -> tuple[Any, ...]:
+        """Return what the texels of a brick are made of."""
         scene = self.scene
         light = (repr(scene.gradient), seen_from(scene)) if scene.needs_gradient else ()
         thickness = self.settings.slab_thickness if scene.classification == "slab" else 0.0
-        if level and self._has_distributions:
+        if brick.level and self._has_distributions:
             kind = "distributions"
         else:
             kind = "values" if self._is_exact else scene.classification
-        return (self.volume, scene.medium, kind, self.texel_format, thickness, f"{level}", *light)
+        samples = f"{brick.level} {self.left_to_coarse(brick)}"
+        return (self.volume, scene.medium, kind, self.texel_format, thickness, samples, *light)
 
     def prepared(self, volume: Volume, brick: Brick) -> Prepared:
         """Return what a part's textures are made from; any thread may do that, without the context."""
@@ -139,7 +140,9 @@ class PictureOfParts(RegionsOfPicture):
 
     def leaves_gaps(self, level: int) -> bool:
         """True if chunks that do not matter are not sampled, but next to one that does: they are skipped as cells."""
-        return level == 0 and self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
+        if level or self.settings.level_error is not None:  # the finest level continues where chunks are left to others
+            return False
+        return self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
 
     @property
     def _chunks_per_box(self) -> tuple[float, float, float]:

@@ -25,10 +25,10 @@ from texvol.rendering.render import read
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
 from texvol.rendering.streaming.ahead import PartsAhead
-from texvol.rendering.streaming.ordering import Drawn
+from texvol.rendering.streaming.ordering import Drawn, KnownLevels
 from texvol.rendering.streaming.parts import PictureOfParts
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import Screen, needed_chunks
+from texvol.rendering.streaming.visibility import Screen
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.regions import Region, regions_of_level
@@ -54,7 +54,7 @@ class StreamedPictures:
         self._ahead: PartsAhead | None = None
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
         self._formats: set[str] = set()
-        self._known_levels: tuple[tuple[Any, ...], dict[Region, int]] | None = None
+        self._known_levels: tuple[tuple[Any, ...], KnownLevels] | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
     def draw(
@@ -128,11 +128,10 @@ class StreamedPictures:
         order, self.drawn = picture.in_order(regions)
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         numbers = range(len(volume.levels))
-        cache.need([needed_chunks(picture.scene, volume, number, picture.beyond) for number in numbers])
-        # Where an error decides levels these are known when the parts before have been drawn.
-        bricks = [picture.brick(each, picture.level(each, lambda: 1.0)) for each in order if picture.knows_levels]
+        cache.need([picture.needed(number) for number in numbers])
+        bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
-        screen = Screen(picture.scene, size, drawing.least_transmittance, settings.level_error is not None)
+        screen = Screen(picture.scene, size, drawing.least_transmittance)
         try:
             with cache.counted():
                 self._draw_all(order, screen, ahead, picture)
@@ -145,14 +144,14 @@ class StreamedPictures:
         compositor.finish()
         return drawing
 
-    def _levels_of(self, picture: PictureOfParts) -> dict[Region, int]:
+    def _levels_of(self, picture: PictureOfParts) -> KnownLevels:
         """Return the levels that were chosen for the same view by the same error, so that pictures can be compared."""
         scene = picture.scene
-        view = (scene.volume, scene.medium, scene.lighting, f"{scene.camera} {scene.cutting} {scene.classification}")
+        view = (scene.volume, scene.medium, scene.lighting, f"{scene.camera} {scene.cutting}")
         if (error := picture.settings.level_error) is None:
-            return {}
+            return KnownLevels()
         if self._known_levels is None or not same(self._known_levels[0], (*view, error)):
-            self._known_levels = (*view, error), {}
+            self._known_levels = (*view, error), KnownLevels()
         return self._known_levels[1]
 
     def _draw_all(self, order: list[Region], screen: Screen, ahead: PartsAhead, picture: PictureOfParts) -> None:
@@ -183,7 +182,8 @@ class StreamedPictures:
         drawn = self.drawn
         regions = {"regions": drawn.regions, "regions_drawn": drawn.drawn, "regions_hidden": drawn.hidden}
         levels = {str(level): count for level, count in sorted(drawn.by_level.items())}
-        return {**regions, "regions_empty": drawn.empty, "levels": levels, **self._cache.stats}
+        predicted = {} if drawn.moved is None else {"level_error": drawn.moved}
+        return {**regions, "regions_empty": drawn.empty, "levels": levels, **predicted, **self._cache.stats}
 
     def release(self) -> None:
         """Release everything on the device, and the samples."""

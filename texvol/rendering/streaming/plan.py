@@ -1,9 +1,12 @@
-"""Plan of a picture of a large volume: what would be read, drawn and needed; no part of it is read for that."""
+"""Plan of a picture of a large volume: what would be read, drawn and needed.
+
+No part of it is read for that, but for a small level that predicts errors where one is asked for.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +16,6 @@ from texvol.rendering.settings import Settings, checked
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
-from texvol.rendering.streaming.visibility import needed_chunks
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.regions import regions_of_level
@@ -36,6 +38,7 @@ class Plan:
     bytes_total: int  # of all samples of level 0
     memory: int  # bytes that samples may take
     least_memory: int  # that one region with its margin and the chunks that it is in take
+    level_error: float | None = None  # that coarse levels are predicted to have, where an error decides them
 
     @property
     def metadata(self) -> dict[str, Any]:
@@ -47,10 +50,11 @@ class Plan:
         """The plan in lines for people."""
         levels = ", ".join(f"{count} of level {level}" for level, count in sorted(self.levels.items())) or "none"
         slabs = "as many slabs as the error needs" if self.slabs is None else f"{self.slabs} slabs"
+        off = f", off by at most {self.level_error:.2g} by prediction" if self.level_error else ""
         return "\n".join(
             [
-                f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}; {self.empty} show nothing), "
-                f"{self.size[0]} x {self.size[1]} pixels, {slabs}",
+                f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}{off}; "
+                f"{self.empty} show nothing), {self.size[0]} x {self.size[1]} pixels, {slabs}",
                 f"reads   at most {self.chunks} chunks, {in_bytes(self.bytes)} of samples (level 0 has "
                 f"{self.chunks_total} chunks, {in_bytes(self.bytes_total)}); less where opaque matter hides them",
                 f"needs   {in_bytes(self.least_memory)} of memory at least, has {in_bytes(self.memory)} for samples",
@@ -88,12 +92,14 @@ def plan(
 def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Plan:
     volume = scene.volume
     assert isinstance(volume, LargeVolume)
-    picture = RegionsOfPicture(scene, size, settings, volume)
+    known = np.isfinite(settings.slab_thickness)  # NaN where an error decides: they are hardly ever thicker than this
+    thickness = settings.slab_thickness if known else volume.smallest_spacing
+    picture = RegionsOfPicture(scene, size, replace(settings, slab_thickness=thickness), volume)
     regions = regions_of_level(volume, settings.level)
     order, drawn = picture.in_order(regions)
-    levels = [picture.level(region, lambda: 1.0) for region in order]
+    levels = [picture.level(region) for region in order]
     numbered = list(enumerate(volume.levels))
-    needed = [needed_chunks(picture.scene, volume, number, picture.beyond) for number, _ in numbered]
+    needed = [picture.needed(number) for number, _ in numbered]
     chunks = [np.zeros(-(-np.array(level.source.shape) // level.source.chunk_shape), np.bool_) for _, level in numbered]
     least = 0
     for region, number in zip(order, levels, strict=True):
@@ -109,7 +115,6 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
     read = [each if matters is None else each & matters for each, matters in zip(chunks, needed, strict=True)]
     counts = [int(each.sum()) for each in read]
     samples = sum(_samples_of(each, level) for each, (_, level) in zip(read, numbered, strict=True))
-    known = settings.slab_thickness == settings.slab_thickness  # NaN where an error decides
     return Plan(
         size,
         slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count if known else None,
@@ -122,6 +127,7 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
         volume.levels[0].bytes,
         volume.memory,
         least,
+        drawn.moved,
     )
 
 

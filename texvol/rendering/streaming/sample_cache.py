@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.assembly import Assembly, Held, Pending, Piece
+from texvol.rendering.streaming.assembly import Assembly, Held, InMemory, Pending, Piece
 from texvol.rendering.streaming.chunk_grid import ChunkGrid, Place
 from texvol.scene.large_volume import Box, LargeVolume, SampleSource, Triple
 from texvol.scene.volume import Volume
@@ -37,6 +37,7 @@ class Reading:
     """Counts and bytes of samples that were read."""
 
     chunks_decoded: int = 0
+    bytes_wanted: int = 0  # of samples in the chunks that the last picture wanted, each counted once
     hits: int = 0  # chunks whose samples were there, or on the way, when they were wanted
     peak_bytes: int = 0  # of samples in memory
     seconds_waited: float = 0.0
@@ -61,15 +62,18 @@ class SampleCache:
         self._chunks: OrderedDict[Chunk, Held] = OrderedDict()
         self._bytes = 0
         self._wanted: Counter[Chunk] = Counter()  # asked for, and not used yet
+        self._of_picture: set[Chunk] = set()  # that the last picture wanted
         self._buffers: list[NDArray[np.uint8]] = []  # of parts that are not needed any more
         self._uses: list[NDArray[np.int32]] | None = None  # of each chunk of each level, by parts to come
         self.reading = Reading()
 
     def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
-        """Say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
+        """Begin a picture, and say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
 
         The others are not read: their samples become the least value that the store's statistics tell.
         """
+        self._of_picture.clear()
+        self.reading.bytes_wanted = 0
         for each, now in zip(self._levels, chunks, strict=True):
             each.needed = now
 
@@ -210,14 +214,21 @@ class SampleCache:
     def _held(self, level: int, place: Place) -> Held:
         """Return a chunk that is there or on the way; begin to read it if it is neither."""
         chunk = (level, *place)
+        if chunk not in self._of_picture:
+            self._of_picture.add(chunk)
+            self.reading.bytes_wanted += self._levels[level].bytes(place)
         held = self._chunks.get(chunk)
         if held is not None:
             self.reading.hits += 1
             self._chunks.move_to_end(chunk)
             return held
         grid = self._levels[level]
-        self.reading.chunks_decoded += 1
-        held = Held(self._begin(grid.source, grid.box(place)))
+        if level == self.volume.level_in_memory and "overview" in vars(self.volume):
+            self.reading.hits += 1
+            held = Held(InMemory(self.volume.overview.values[grid.box(place)]))
+        else:
+            self.reading.chunks_decoded += 1
+            held = Held(self._begin(grid.source, grid.box(place)))
         self._chunks[chunk] = held
         self._bytes += grid.bytes(place)
         return held

@@ -25,8 +25,7 @@ AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
 class Screen:
     """Pixels that are opaque, so that nothing behind them has to be read."""
 
-    def __init__(self, scene: CompleteScene, size: tuple[int, int], least_transmittance: float, by_error: bool) -> None:
-        self._wants_snapshots = by_error
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], least_transmittance: float) -> None:
         self._scene, self._size = scene, size
         # A ray that lets no more through ends in front of it.
         self._opaque_from = 1.0 - least_transmittance
@@ -40,7 +39,6 @@ class Screen:
         self._drawn_since = 0  # bricks, after that was worked out
         self._compositor: Compositor | None = None
         self.hidden = 0
-        self._snapshots = [np.zeros((size[1], size[0]), np.float32)]  # opacity after every AHEAD regions
 
     def hides(self, brick: Brick) -> bool:
         """True if all pixels that a brick may reach are opaque; it counts as hidden then."""
@@ -110,22 +108,6 @@ class Screen:
         extinction = float(medium.extinctions.max()) if values is None else _most_extinction(medium, places)
         longest = float(np.linalg.norm(self._scene.volume.box_edges @ np.ptp(brick.stored_box, axis=0)))
         return extinction * longest
-
-    def seen(self, brick: Brick, number: int) -> float:
-        """Largest fraction of light from a brick, the `number`th, that is known to come through what lies before it.
-
-        Known is what was drawn a certain number of bricks before, so that a picture does not depend on the threads that
-        read.
-        """
-        opacity = self._snapshots[min(max(number - AHEAD, 0) // AHEAD, len(self._snapshots) - 1)]
-        where, mask = self._pixels(brick)
-        return 1.0 - float(opacity[where][mask].min(initial=1.0))
-
-    def has_come_to(self, number: int) -> None:
-        """Remember that all bricks before the `number`th have been drawn."""
-        while len(self._snapshots) <= number // AHEAD and self._wants_snapshots:
-            self._snapshots.append(self._compositor.opacity() if self._compositor else self._snapshots[0])
-            self._snapshots[:-3] = self._snapshots[:1] * (len(self._snapshots) - 3)  # no longer asked for
 
     def _update(self) -> None:
         if self._changed and self._compositor is not None:

@@ -44,12 +44,19 @@ What the numbers stand for:
               unit of length that do not depend on the extinction,
               or "premultiplied": likewise, but of a medium that reflects light; a point of opacity 1 has its `color`
 
+"light", "ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows", "background" and "gradient" with
+    the name of an estimator: the look of the file, with the meaning of these keys in a scene file. They are no part of
+    the transfer function; see `texvol.options.looks`.
+
+A file whose name ends with .toml is TOML, with the same keys.
+
 "material_names" and "material_colors" are the names and colours of materials that have become points, as
 `TransferFunction.as_json` writes them.
 """
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
@@ -61,12 +68,37 @@ from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
 from texvol.scene.volume import Volume
+from texvol.util import text_files
 from texvol.util.errors import InputError
 
 Function = TypeVar("Function", bound=Points)
 _CHOICES = CHOICES | {"emission": ("associated", "emissive", "premultiplied")}
 _PARTS = ("points", "materials", "contours", "boundaries", "graded")
 _KEYS = {*_PARTS, *_CHOICES, "show", "gradient", "material_names", "material_colors"}
+LOOK_KEYS = ("light", "ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows", "background")
+_MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer function
+
+
+def read_content(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return the content of a transfer-function file, TOML by its name, else JSON.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, or is neither.
+    """
+    if os.fspath(path).lower().endswith(".toml"):
+        return text_files.read_toml(path)
+    content = text_files.parsed_json(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path))
+    if not isinstance(content, dict):
+        raise InputError(f"{os.fspath(path)}: a transfer function must be a JSON object with points")
+    return content
+
+
+def without_look(content: dict[str, Any]) -> dict[str, Any]:
+    """Return the content of a file without its look."""
+    named = {key: value for key, value in content.items() if key.replace("_", "-") not in LOOK_KEYS}
+    return {key: value for key, value in named.items() if not (key == "gradient" and isinstance(value, str))}
 
 
 def from_content(
@@ -75,6 +107,7 @@ def from_content(
     """Make the transfer function that a parsed JSON text describes; `make` is the class of transfer functions."""
     if not isinstance(content, dict):
         raise InputError("a transfer function must be a JSON object with points")
+    content = without_look(content)
     parsing.refuse_unknown(content, _KEYS, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():

@@ -35,8 +35,6 @@ from texvol.util.kept_arrays import KeepsArrays, read_only
 
 __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
-_MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer function
-
 
 class Classified(NamedTuple):
     """Emission and extinction of some values."""
@@ -132,7 +130,7 @@ class TransferFunction(KeepsArrays):
     def load(
         cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
     ) -> TransferFunction:
-        """Read a JSON file.
+        """Read a JSON or TOML file.
 
         Parameters
         ----------
@@ -147,7 +145,9 @@ class TransferFunction(KeepsArrays):
             If the file cannot be read, is not such a JSON object, has unknown keys or numbers out of range, or does
             not have those materials; see `texvol.scene.transfer.files` for the format.
         """
-        return cls.loads(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path), volume, materials)
+        from texvol.scene.transfer import files
+
+        return cls.from_content(files.read_content(path), os.fspath(path), volume, materials)
 
     @classmethod
     def loads(

@@ -19,7 +19,7 @@ from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.pieces import Numbers
 from texvol.scene.volume import Volume
-from texvol.util.color import linear_from_srgb
+from texvol.util.color import color_of_text, linear_from_srgb
 from texvol.util.errors import InputError
 
 Color = tuple[float, float, float]
@@ -152,10 +152,7 @@ def parse_labels(text: str) -> LabelLook:
     for part in text.split(","):
         found = _PART.fullmatch(part)
         if not found or (found["label"] == "*" and found["color"]):
-            raise InputError(
-                "labels must be LABEL=OPACITY, LABEL=#RRGGBB, LABEL=#RRGGBB:OPACITY or *=OPACITY, "
-                f"separated by commas, got {part.strip()!r}"
-            )
+            raise InputError(f"{_FORM}, got {part.strip()!r}")
         label = found["label"] if found["label"] == "*" else str(int(found["label"]))
         if label in seen:
             raise InputError(f"label {label} must be given once, got it twice in {text!r}")
@@ -168,20 +165,19 @@ def parse_labels(text: str) -> LabelLook:
         if opacity is not None:
             look.opacities[int(label)] = opacity
         if found["color"]:
-            look.colors[int(label)] = _from_hexadecimal(found["color"])
+            if (color := color_of_text(found["color"])) is None:
+                raise InputError(f"{_FORM}, got {part.strip()!r}")
+            look.colors[int(label)] = color
     return look
 
 
+_FORM = "labels must be LABEL=OPACITY, LABEL=COLOR, LABEL=COLOR:OPACITY or *=OPACITY, separated by commas; a colour is "
+_FORM += "#RRGGBB or a name such as white"
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _PART = re.compile(
     r"\s*(?P<label>\*|[+-]?\d{1,9})\s*=\s*"
-    rf"(?:(?P<color>\#[0-9a-fA-F]{{6}})(?:\s*:\s*(?P<opacity>{_NUMBER}))?|(?P<alone>{_NUMBER}))\s*"
+    rf"(?:(?P<color>\#[0-9a-fA-F]{{6}}|\#[0-9a-fA-F]{{3}}|[a-zA-Z]+)(?:\s*:\s*(?P<opacity>{_NUMBER}))?|(?P<alone>{_NUMBER}))\s*"
 )
-
-
-def _from_hexadecimal(text: str) -> Color:
-    r, g, b = linear_from_srgb(np.array(list(bytes.fromhex(text[1:]))) / 255)
-    return float(r), float(g), float(b)
 
 
 def _opacity(number: float, whose: str) -> float:

@@ -13,6 +13,7 @@ from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Pair, Triple, boundary
 from texvol.scene.transfer.units import Units
+from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
 
 # Lists of a file, and how a message calls an entry of each.
@@ -86,7 +87,7 @@ def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("co
         raise InputError(f"{where} must have either {' or '.join(color_keys)}, got both")
     if not given:
         raise InputError(f"{where} must have {' or '.join(color_keys)}")
-    color = _numbers(thing[given[0]], 3, f"{where}: {given[0]}", "three numbers")
+    color = _color(thing[given[0]], f"{where}: {given[0]}")
     if "opacity" in thing:
         opacity = number(thing["opacity"], f"{where}: opacity")
         if not 0 <= opacity <= 1:
@@ -206,10 +207,19 @@ def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]
         raise InputError(f"{key} must be a list of colours, got {things!r}")
     found = []
     for position, each in enumerate(things):
-        red, green, blue = _numbers(each, 3, f"{key}: entry {position}", "three numbers")
+        red, green, blue = _color(each, f"{key}: entry {position}")
         _check_straight((red, green, blue), f"{key}: entry {position}")
         found.append((red, green, blue))
     return found
+
+
+def _color(thing: Any, what: str) -> list[float]:
+    """Return a linear colour: three numbers, or a name or #RRGGBB as a text."""
+    if isinstance(thing, str):
+        if (named := color_of_text(thing)) is None:
+            raise InputError(f"{what} must be three numbers, #RRGGBB or a name such as white, got {thing!r}")
+        return list(named)
+    return _numbers(thing, 3, what, "three numbers")
 
 
 def _numbers(things: Any, count: int, what: str, wanted: str) -> list[float]:

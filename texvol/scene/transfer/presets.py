@@ -19,10 +19,13 @@ from texvol.scene.channel import Channel
 from texvol.scene.transfer import histogram
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
-from texvol.scene.transfer.units import Units
+from texvol.scene.transfer.pieces import LARGEST_VALUE
+from texvol.scene.transfer.units import Units, typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
+from texvol.util.statistics import percentile_of_sorted
+from texvol.util.suggestions import did_you_mean
 
 Triple = tuple[float, float, float]
 Point = tuple[float, Triple, float]  # value, linear colour, extinction per mean edge of the box
@@ -124,6 +127,26 @@ _PROPOSAL: list[Point] = [
     (1.00, (1.00, 0.95, 0.82), 50),
 ]
 
+# Of measured values in light, which shows surfaces where an unlit medium has to be seen through.
+_SURFACES: list[Point] = [
+    (0.15, (0.30, 0.06, 0.03), 0),
+    (0.45, (0.62, 0.22, 0.10), 4),
+    (0.60, (0.85, 0.55, 0.30), 60),
+    (0.90, (1.00, 0.95, 0.84), 300),
+]
+
+# Of fields with two signs, in fractions of the larger end: clear about zero, cold below, warm above, linear RGB.
+_COLD: list[Point] = [
+    (0.06, (0.20, 0.40, 0.80), 0),
+    (0.30, (0.06, 0.25, 0.80), 10),
+    (1.00, (0.02, 0.06, 0.55), 60),
+]
+_WARM: list[Point] = [
+    (0.06, (0.85, 0.40, 0.20), 0),
+    (0.30, (0.85, 0.16, 0.05), 10),
+    (1.00, (0.55, 0.01, 0.02), 60),
+]
+
 # Of samples that have a colour of their own: white leaves it as it is; as dense as the above.
 _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 
@@ -136,9 +159,11 @@ _GLOW, _ABSORPTION = 10.0, 4.0
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 
+_DIVERGING, _FLUORESCENCE = "diverging", "fluorescence"
+
 PRESETS: tuple[str, ...] = (
     *(*_CT, *_FRACTIONS, *_RAMPS, *_CT_MATERIALS, *_MATERIALS),
-    *("table-5-1", *_OF_THE_HISTOGRAM),
+    *("table-5-1", *_OF_THE_HISTOGRAM, _DIVERGING, _FLUORESCENCE),
 )
 
 
@@ -157,7 +182,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         If the volume is of labels, which no preset is for.
     """
     if name not in PRESETS:
-        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}")
+        raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}{did_you_mean(name, PRESETS)}")
     if volume.labels:
         raise InputError(
             f"{volume.name}: the preset {name} needs measured values, got labels; "
@@ -168,6 +193,10 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         return TransferFunction.from_content(content, name, volume, materials)
     if materials is not None:
         raise InputError(f"materials {', '.join(map(repr, materials))} not found: the preset {name} has none")
+    if name == _DIVERGING:
+        return _from_points(_two_signs(volume), volume, "data", name)
+    if name == _FLUORESCENCE:
+        return replace(channel_function(volume, Channel(1)), name=name)
     if name not in _CT:
         return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
     in_hounsfield = _is_hounsfield(volume)
@@ -236,6 +265,11 @@ def proposed_for(volume: Volume) -> TransferFunction:
     return _PROPOSED[volume]
 
 
+def proposed_in_light(volume: Volume) -> TransferFunction:
+    """Transfer function for a volume of measured values of which nothing is known, in light."""
+    return _from_points(_SURFACES, volume, "matter", "proposed")
+
+
 def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
     """Emission in the colour of one of several channels, from 0 at the start of its window to bright at its end.
 
@@ -282,6 +316,15 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
     # In a range of no width rounding may put a point before the last one.
     values_of_points = np.maximum.accumulate(units.placed(positions))
     return TransferFunction(values_of_points, colors, extinctions * units.per_length, name=name)
+
+
+def _two_signs(volume: Volume) -> list[Point]:
+    """Points that are symmetric about zero, up to the 99.9th percentile of the values' magnitudes."""
+    magnitudes = np.sort(np.abs(typical_samples(volume)))
+    magnitudes = np.minimum(magnitudes, LARGEST_VALUE)
+    most = float(percentile_of_sorted(magnitudes, 99.9)) or 1.0
+    cold = [(-each * most, color, extinction) for each, color, extinction in reversed(_COLD)]
+    return [*cold, *((each * most, color, extinction) for each, color, extinction in _WARM)]
 
 
 def _ramp(name: str) -> list[Point]:

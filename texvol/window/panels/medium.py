@@ -11,6 +11,7 @@ from imgui_bundle import imgui, implot
 
 from texvol.scene import transfer
 from texvol.scene.display import number_colors
+from texvol.scene.looks import look_of
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.util.color import srgb_from_linear
@@ -112,8 +113,9 @@ def _apply(
     """Set a preset, or the chosen ones of its materials."""
 
     def load() -> None:
-        found = transfer.preset(name, scene.volumes[number], chosen)
-        if desk.change(**editing.with_own(scene, number, transfer_function=found)):
+        look = look_of(name, scene.volumes[number], chosen)
+        found = look.transfer_function
+        if desk.change(**editing.with_look(scene, number, look)):
             named = _Named(found, name, every or found.materials, frozenset(chosen or found.materials))
             desk.panel_state["named"] = [*desk.panel_state["named"][-_REMEMBERED:], named]
 

@@ -14,7 +14,7 @@ _NAME = ".texvol-convert.json"
 
 
 class Journal:
-    """Which shards of which level are written, in a file of the output folder.
+    """How many shards of which level are written, in a file of the output folder; they are written in order.
 
     Parameters
     ----------
@@ -33,24 +33,19 @@ class Journal:
 
     def __init__(self, folder: Path, task: dict[str, Any], overwrite: bool) -> None:
         self._path, self._task = folder / _NAME, task
-        self._done: dict[str, list[int]] = {}
+        self._done: dict[str, int] = {}
         if folder.exists():
             self._take_up(folder, overwrite)
         folder.mkdir(parents=True, exist_ok=True)
         self._write()
 
-    @property
-    def has_begun(self) -> bool:
-        """True if something was written before."""
-        return bool(self._done)
+    def done(self, level: str) -> int:
+        """Return the number of shards of a level that have been written whole."""
+        return self._done.get(level, 0)
 
-    def is_done(self, level: int, shard: int) -> bool:
-        """True if a shard has been written whole."""
-        return shard in self._done.get(str(level), ())
-
-    def note(self, level: int, shard: int) -> None:
-        """Note that a shard has been written whole."""
-        self._done.setdefault(str(level), []).append(shard)
+    def note(self, level: str) -> None:
+        """Note that the next shard of a level has been written whole."""
+        self._done[level] = self.done(level) + 1
         self._write()
 
     def end(self) -> None:
@@ -78,7 +73,9 @@ class Journal:
             content = json.loads(self._path.read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return None
-        return content if isinstance(content, dict) and isinstance(content.get("done"), dict) else None
+        done = content.get("done") if isinstance(content, dict) else None
+        # What an older version began has lists, and another task.
+        return content if isinstance(done, dict) else None
 
     def _write(self) -> None:
         write_json(self._path, {"task": self._task, "done": self._done})

@@ -1,0 +1,167 @@
+"""A look: transfer function, light, gradient and background that belong together.
+
+A preset has a look by its name; a volume of which nothing is said has one by the kind of its data. The light of a look
+is the head light at an exposure that keeps highlights: ambient + diffuse + specular = 1, so that a straight colour of 1
+is lit to 1 at most. It is no tone curve: the light of the linear picture is that of the scene.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from texvol.scene.gradient import CENTRAL, Estimator
+from texvol.scene.kinds import Kind, as_labels, kind_of
+from texvol.scene.lighting import Lighting
+from texvol.scene.scene_parts import SceneParts
+from texvol.scene.transfer import presets
+from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.transfer.units import typical_samples
+from texvol.scene.volume import Volume
+
+NO_LIGHT = "none"
+EXPOSED = Lighting(ambient=0.25, diffuse=0.63, specular=0.12)
+_UNLIT = ("fog", "fluorescence")  # media without surfaces
+_BONE = 250.0  # Hounsfield units
+_BODY = -500.0
+_ENOUGH_BONE = 0.01  # of the body
+_SMOOTH = ((2.0, 4e6), (1.0, 1e7))  # scales of gradients of labels, for so many samples
+
+_LOOKS: WeakKeyDictionary[Volume, Look] = WeakKeyDictionary()
+
+
+@dataclass(frozen=True)
+class Look:
+    """Transfer function, and what it is shown in.
+
+    Parameters
+    ----------
+    transfer_function : TransferFunction
+    lighting : Lighting, optional
+        Without it the medium shows its own colour.
+    gradient : Estimator
+    background : (r, g, b), optional
+        Linear light from behind; by default that of the scene.
+    name : str
+        What messages call it: a preset, a file, or the kind of data.
+    reason : str
+        Why it was chosen; empty if it was asked for.
+    """
+
+    transfer_function: TransferFunction
+    lighting: Lighting | None = None
+    gradient: Estimator = CENTRAL
+    background: tuple[float, float, float] | None = None
+    name: str = ""
+    reason: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The look and its reason, for people."""
+        lit = "lit" if self.lighting is not None else "unlit"
+        return f"look {self.name}, {lit}" + (f": {self.reason}" if self.reason else "")
+
+    def parts_for(self, scene: SceneParts, *, lit: bool = True) -> dict[str, Any]:
+        """Return the parts of the look by name, without light and background where a scene has its own.
+
+        A medium that emits cannot be lit, and so no volume beside it is.
+        """
+        parts: dict[str, Any] = {"transfer_function": self.transfer_function}
+        emits = any(each.transfer_function is not None and each.transfer_function.emissive for each in scene.added)
+        if lit and not emits and scene.lighting is None and self.lighting is not None:
+            parts["lighting"] = self.lighting
+            if scene.gradient == CENTRAL:
+                parts["gradient"] = self.gradient
+        if self.background is not None and not any(scene.background):
+            parts["background"] = self.background
+        return parts
+
+
+def parts_taken(scene: SceneParts) -> dict[str, Any]:
+    """Return the parts that stand for a look, for the name of a preset, and for "none" as the light of a scene."""
+    look: Any = scene.transfer_function
+    parts: dict[str, Any] = {}
+    unlit = isinstance(scene.lighting, str) and scene.lighting == NO_LIGHT
+    if unlit:
+        parts["lighting"] = None
+    if unlit and look is None and scene.mode == "composite":
+        look, parts["volume"] = look_for(scene.volume), seen_as(scene.volume)
+    elif isinstance(look, str):
+        look = look_of(look, scene.volume)
+    if isinstance(look, Look):
+        parts |= look.parts_for(scene, lit=not unlit and scene.mode == "composite")
+    return parts
+
+
+def look_of(name: str, volume: Volume, materials: Sequence[str] | None = None) -> Look:
+    """Return the look of a preset.
+
+    Raises
+    ------
+    InputError
+        In the cases of `preset`.
+    """
+    medium = presets.preset(name, volume, materials)
+    return Look(medium, None if name in _UNLIT or medium.emissive else EXPOSED, name=name)
+
+
+def look_for(volume: Volume) -> Look:
+    """Return the look of the first picture of a volume, by the kind of its data; the same object each time.
+
+    The transfer function of labels is for `seen_as(volume)`, whose values are labels.
+    """
+    if volume not in _LOOKS:
+        _LOOKS[volume] = _look_by(kind_of(volume), volume)
+    return _LOOKS[volume]
+
+
+def look_as_is(volume: Volume) -> Look:
+    """Return the look of the first picture of a volume whose values are what it says, labels or not."""
+    kind = kind_of(volume)
+    if kind.name != "labels" or volume.labels:
+        return look_for(volume)
+    return Look(presets.proposed_in_light(volume), EXPOSED, name="proposal", reason="its values are no labels")
+
+
+def seen_as(volume: Volume) -> Volume:
+    """Return the volume as its first picture shows it: with labels if its values look like labels."""
+    return as_labels(volume) if kind_of(volume).name == "labels" else volume
+
+
+def look_name(volume: Volume) -> str:
+    """Return the name of the look of the first picture of a volume."""
+    kind = kind_of(volume).name
+    if kind == "CT":
+        return _ct_preset(volume)
+    named = {"MR": "mr", "signed": "diverging", "field": "viridis", "labels": "labels", "fluorescence": "fluorescence"}
+    return named.get(kind, "proposal")
+
+
+def _look_by(kind: Kind, volume: Volume) -> Look:
+    if kind.name == "labels":
+        medium = presets.proposed_for(as_labels(volume))
+        return Look(medium, EXPOSED, _gradient_of_labels(volume), name="labels", reason=kind.reason)
+    if kind.name == "fluorescence":
+        channel = getattr(volume, "channel", None)
+        medium = presets.proposed_for(volume) if channel else presets.preset("fluorescence", volume)
+        return Look(medium, name="fluorescence", reason=kind.reason)
+    if (name := look_name(volume)) in presets.PRESETS:
+        return replace(look_of(name, volume), reason=kind.reason)
+    medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
+    return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
+
+
+def _gradient_of_labels(volume: Volume) -> Estimator:
+    """Return the gradient estimator for the stairs of labels: as smooth as takes at most a second or two."""
+    return next((Estimator("gaussian", scale) for scale, most in _SMOOTH if volume.size <= most), CENTRAL)
+
+
+def _ct_preset(volume: Volume) -> str:
+    """Return the preset for CT: bone where there is any, else soft tissue."""
+    samples = typical_samples(volume)
+    body = samples[samples > _BODY]
+    return "ct-bone" if body.size and float(np.mean(body > _BONE)) >= _ENOUGH_BONE else "ct-soft-tissue"
