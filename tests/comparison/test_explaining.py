@@ -29,7 +29,7 @@ def renderer() -> Iterator[PlantedRenderer]:
 
 @pytest.fixture(scope="module")
 def demo(renderer: PlantedRenderer) -> Demo:
-    return planted(renderer, COARSE_DEMO)
+    return planted(renderer, COARSE_DEMO, slab_thickness=1 / 48)
 
 
 @pytest.fixture

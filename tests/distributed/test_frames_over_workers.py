@@ -19,7 +19,7 @@ from support.processes import REPOSITORY
 from support.stores import write_ome
 
 import texvol
-from texvol import InputError, Renderer, Scene, TransferFunction, Volume
+from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.distributed.renderer import DistributedRenderer
@@ -38,7 +38,7 @@ def ball(side: int = 32, centre: float = 0.5) -> np.ndarray:
 
 
 def turned(scene: Scene, count: int = COUNT) -> Iterator[Scene]:
-    camera = scene.completed(SIZE).camera
+    camera = Camera.framing(scene.volume, eye=scene.completed(SIZE).camera.eye)
     return (replace(scene, camera=orbit.turned(camera, 360 * i / count)) for i in range(count))
 
 

@@ -41,7 +41,7 @@ def read_gif(name: str) -> tuple[list[int], np.ndarray, dict]:
 
 
 def test_pictures_of_a_gif_are_those_of_the_orbit_and_begin_again(folder: Path) -> None:
-    assert run("--orbit", "5", "-o", "turn.gif") == 0
+    assert run("--orbit", "5", "--fps", "30", "-o", "turn.gif") == 0
     assert run("--orbit", "5", "-o", "turn_%d.png") == 0
     durations, pictures, metadata = read_gif("turn.gif")
     assert pictures.shape == (5, 33, 47, 3)  # odd sides, which MP4 refuses

@@ -45,7 +45,8 @@ def test_a_median_is_that_of_the_standard_library(numbers: list[float]) -> None:
 def test_a_picture_imports_none_of_what_they_stand_for(tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", np.random.default_rng(0).random((9, 9, 9)))
     code = (
-        "import sys; from texvol.__main__ import main; main(['render', 'a.npy', '-o', 'a.png', '--size', '9x9']); "
+        "import sys; from texvol.__main__ import main; "
+        "main(['render', 'a.npy', '--tf', 'fog', '-o', 'a.png', '--size', '9x9']); "
         "sys.exit(', '.join({'numpy.ma', 'statistics'} & {*sys.modules}))"
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)

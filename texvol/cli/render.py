@@ -159,10 +159,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
-    volume.expect_overview()  # while the context is opened
-    is_single = series is None and arguments.orbit is None
+    volume.expect_overview()
+    is_single, picture, depth, sequence_stats = series is None and arguments.orbit is None, None, None, {}
     with _renderer(arguments, is_single) as renderer:
-        picture, depth, sequence_stats = None, None, {}
         if is_single:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)
             depth = renderer.depth() if arguments.depth else None
@@ -173,9 +172,8 @@ def run(arguments: argparse.Namespace) -> None:
         error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
-    # Encoding begins after the textures are released: both need much memory.
     files = {}
-    if picture is not None:
+    if picture is not None:  # encoded after the textures are released: both need much memory
         shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
         metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, metadata, transparent=transparent)
@@ -187,8 +185,8 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    said += [*reasons(scene_options, scene), summary(scene_options, scene, arguments.output, error, start)]
-    say("\n".join(said))
+    last = summary(scene_options, scene, arguments.output, error, start)
+    say("\n".join([*said, *reasons(scene_options, scene), last]))
 
 
 @contextmanager

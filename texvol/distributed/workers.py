@@ -24,6 +24,7 @@ from texvol.util.memory import free_memory
 from texvol.util.termination import unheard_by_children
 
 T = TypeVar("T")
+
 _MOST_LOSSES = 4  # as often as Dask, by default, lets workers die of a task
 _PAUSE = 0.5  # seconds, in which a scheduler notices that a worker is gone
 _TILE = 4096  # pixels of the oracle, at most, in one piece
@@ -78,6 +79,7 @@ class Workers:
         self._machine, self._packer, self._cluster = Machine(backend, textures, memory), Packer(), None
         self._sent: dict[str, Any] = {}
         self._client: Any = None
+        logging.getLogger("asyncio").addFilter(_is_no_exit)
         try:
             if address is None:
                 self._start(count or os.cpu_count() or 1)
@@ -331,3 +333,8 @@ def _libraries() -> tuple[Any, Any]:
     except ImportError:
         raise missing_extra("distributed", "dask", "drawing by workers") from None
     return dask, distributed
+
+
+def _is_no_exit(record: logging.LogRecord) -> bool:
+    """True unless a message is of Dask's own way out of waiting, which nobody fetches after ctrl-C."""
+    return record.exc_info is None or getattr(record.exc_info[0], "__name__", "") != "AllExit"
