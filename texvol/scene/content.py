@@ -234,11 +234,20 @@ def _depths(scene: SceneParts, samples: _Samples, medium: TransferFunction | Non
         shown = np.isfinite(values) * _OPAQUE
         return shown if values.ndim == 3 else shown.max(axis=-1)
     length = float(np.linalg.norm(samples.cell, axis=0).mean())
-    magnitudes = _magnitudes(samples) if medium.needs_gradient else None
+    if values.dtype.kind in "iu" and values.dtype.itemsize <= 2 and not medium.needs_gradient:
+        low, high = int(values.min()), int(values.max())  # few values, which are classified once
+        depths = _classified(medium, np.arange(low, high + 1), None, length)[values.astype(np.int32) - low]
+    else:
+        magnitudes = _magnitudes(samples) if medium.needs_gradient else None
+        depths = _classified(medium, values, magnitudes, length)
+    return np.asarray(depths if depths.ndim == 3 else depths.max(axis=-1))
+
+
+def _classified(medium: TransferFunction, values: NDArray, magnitudes: Numbers | None, length: float) -> Numbers:
+    """Return the optical depth of values along a length; of what emits, its light."""
     emission, extinction = medium.classify(values, magnitudes)
     light = emission.max(axis=-1) if medium.emissive else extinction
-    depths = np.minimum(np.where(np.isinf(light), _OPAQUE, light * length), _OPAQUE)
-    return np.asarray(depths if depths.ndim == 3 else depths.max(axis=-1))
+    return np.minimum(np.where(np.isinf(light), _OPAQUE, light * length), _OPAQUE)
 
 
 def _magnitudes(samples: _Samples) -> Numbers:
