@@ -61,7 +61,7 @@ _OF_MPI = {
 
 @dataclass(frozen=True)
 class View:
-    """What is drawn."""
+    """Volume, transfer function and camera of the pictures."""
 
     large: Large
     name: str  # of the transfer function

@@ -31,8 +31,8 @@ OF_KINDS = (
         "test_readers_magnitude.py -k 'lengths'",
     ),
     Mistake(
-        *("rendering", "checking:march_pixels"),
-        *("np.maximum(np.maximum(first, eye), enters)", "np.maximum(np.maximum(first, eye), -volume.radius)"),
+        *("rendering", "visible_rays:visible_rays"),
+        *("np.maximum(np.maximum(first, eye), enters)", "np.maximum(np.maximum(first, eye), -scene.volume.radius)"),
         "a marched ray steps across the faces of the box",
         "test_checking.py -k 'faces_of_the_box'",
     ),

@@ -151,17 +151,22 @@ def ball(folder: Path, samples: int = 48) -> str:
     return "ball.npy"
 
 
-def memory_of(process: int) -> int:
-    """Bytes that a process and those that it has started hold, whatever they share counted each time."""
-    total = 0
+def memory_of_each(process: int) -> dict[int, int]:
+    """Bytes that a process and those that it has started hold, by their numbers; what they share counts each time."""
+    found = {}
     for each in [process, *children_of(process)]:
         try:
             for line in Path(f"/proc/{each}/status").read_text().splitlines():
                 if line.startswith("RssAnon:"):
-                    total += int(line.split()[1]) * 1024
+                    found[each] = int(line.split()[1]) * 1024
         except OSError:  # it has ended meanwhile
             continue
-    return total
+    return found
+
+
+def memory_of(process: int) -> int:
+    """Bytes that a process and those that it has started hold."""
+    return sum(memory_of_each(process).values())
 
 
 def children_of(process: int) -> list[int]:

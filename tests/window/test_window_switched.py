@@ -1,4 +1,4 @@
-"""What is switched off comes back as it was: light, crop box and clip planes."""
+"""Light, crop box and clip planes that are switched off and on again are as before."""
 
 from __future__ import annotations
 

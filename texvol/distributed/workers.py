@@ -24,6 +24,7 @@ from texvol.util.memory import free_memory
 from texvol.util.termination import unheard_by_children
 
 T = TypeVar("T")
+Compositing = Callable[[Callable[[int], Any], Callable[[Any, Any], Any]], Any]
 
 _MOST_LOSSES = 4  # as often as Dask, by default, lets workers die of a task
 _PAUSE = 0.5  # seconds, in which a scheduler notices that a worker is gone
@@ -184,7 +185,7 @@ class Workers:
         self,
         scene: CompleteScene,
         orders: Sequence[Order],
-        composited: Callable[[Callable[[int], Any], Callable[[Any, Any], Any]], Any] | None,
+        composited: Compositing | None,
         tell: Callable[[float], None],
     ) -> tuple[list[Drawn], Cropped | None]:
         """Draw blocks; return what is told of each, and the picture of all.
@@ -203,7 +204,7 @@ class Workers:
         self,
         scene: CompleteScene,
         orders: Sequence[Order],
-        composited: Callable[[Callable[[int], Any], Callable[[Any, Any], Any]], Any] | None,
+        composited: Compositing | None,
         tell: Callable[[float], None],
     ) -> tuple[list[Drawn], Cropped | None]:
         packed, digests = self._packer.pack(scene)

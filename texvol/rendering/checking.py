@@ -31,11 +31,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.visible_rays import visible_rays
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
-from texvol.textures.halving import ends_in_box, is_plain
+from texvol.textures.halving import is_plain
 from texvol.textures.value_storage import HOPELESS, ULP, bulk_of
 from texvol.util.errors import AccuracyWarning, InputError
 
@@ -311,13 +312,8 @@ def march_pixels(scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np
     columns, rows = pixels.T
     eyes, directions = (each[rows, columns] for each in scene.camera.rays(size))
     volume = scene.volume
-    from_centre = eyes - volume.centre
-    eye = (from_centre * directions).sum(axis=-1)
-    nearest = from_centre - eye[:, np.newaxis] * directions
-    first, last = scene.cutting.interval(volume, nearest, directions)
     # A step across a face of the box would be off by up to half of itself, and the two estimates alike.
-    enters, leaves = ends_in_box(volume, nearest, directions).T
-    first, last = np.maximum(np.maximum(first, eye), enters), np.minimum(last, leaves)
+    nearest, directions, first, last = visible_rays(scene, eyes, directions)
     length = np.maximum(last - first, 0.0)
     before = scene.classification in ("slab", "extinction")
     steps = _STEPS_BEFORE if before else _STEPS

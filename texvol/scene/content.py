@@ -85,8 +85,11 @@ class _Samples:
 
     def world(self, found: tuple[NDArray[np.intp], ...], about: Numbers) -> Numbers:
         """Return positions of samples by their numbers along z, y and x, relative to a point."""
-        places = [along[each] for along, each in zip(self.indices[::-1], found[::-1], strict=True)]
-        return np.column_stack(places) @ self.volume.world_from_index.T + (self.volume.origin - about)
+        places = np.tile(self.volume.origin - about, (found[0].size, 1))
+        for along, each, edge in zip(self.indices[::-1], found[::-1], self.volume.world_from_index.T, strict=True):
+            for axis in range(3):  # one row of numbers at a time: they are many
+                places[:, axis] += (along * edge[axis])[each]
+        return places
 
 
 def content_of(scene: SceneParts) -> Content:
@@ -114,14 +117,19 @@ def _content(scene: SceneParts) -> Content:
             samples = _samples_of(samples.volume, _around(samples, found))
             found, depths, places = _shown(scene, samples, medium, mask)
         area = abs(float(np.linalg.det(samples.cell))) / float(np.linalg.norm(samples.cell, axis=0).mean())
-        points.append(places - about)
+        places -= about
+        points.append(places)
         amounts.append(depths * area)
         apart = max(apart, float(np.linalg.norm(samples.cell, axis=0).max()))
     for shape in scene.geometry:
         if isinstance(shape, Mesh):
             points.append(np.asarray(shape.vertices, np.float64) - about)
             amounts.append(np.full(len(points[-1]), _OPAQUE * apart**2))
-    return Content(np.concatenate(points), np.concatenate(amounts), about, apart)
+    return Content(_joined(points), _joined(amounts), about, apart)
+
+
+def _joined(parts: list[Numbers]) -> Numbers:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
 
 def _shown(
@@ -133,9 +141,11 @@ def _shown(
         z, y, x = (np.rint(each).astype(np.intp).clip(0, None) for each in samples.indices)
         depths = depths * np.nan_to_num(mask.array[np.ix_(z, y, x)].astype(np.float64))
     found = np.nonzero(depths > _NOTHING)
-    places = samples.world(found, np.zeros(3))
+    amounts, places = depths[found], samples.world(found, np.zeros(3))
+    if not scene.clip and scene.crop is None:
+        return found, amounts, places
     kept = _inside(scene, places)
-    return tuple(each[kept] for each in found), depths[found][kept], places[kept]
+    return tuple(each[kept] for each in found), amounts[kept], places[kept]
 
 
 def _samples(volume: Volume) -> _Samples | None:
@@ -237,10 +247,13 @@ def _depths(scene: SceneParts, samples: _Samples, medium: TransferFunction | Non
     if values.dtype.kind in "iu" and values.dtype.itemsize <= 2 and not medium.needs_gradient:
         low, high = int(values.min()), int(values.max())  # few values, which are classified once
         depths = _classified(medium, np.arange(low, high + 1), None, length)[values.astype(np.int32) - low]
-    else:
-        magnitudes = _magnitudes(samples) if medium.needs_gradient else None
-        depths = _classified(medium, values, magnitudes, length)
-    return np.asarray(depths if depths.ndim == 3 else depths.max(axis=-1))
+        return np.asarray(depths if depths.ndim == 3 else depths.max(axis=-1))
+    magnitudes = _magnitudes(samples) if medium.needs_gradient else None
+    depths = np.empty(values.shape[:3])
+    for number, layer in enumerate(values):  # one at a time: colours take several times the memory of values
+        found = _classified(medium, layer, None if magnitudes is None else magnitudes[number], length)
+        depths[number] = found if found.ndim == 2 else found.max(axis=-1)
+    return depths
 
 
 def _classified(medium: TransferFunction, values: NDArray, magnitudes: Numbers | None, length: float) -> Numbers:

@@ -126,7 +126,7 @@ class Store:
         for key, each in zip(keys, opened, strict=True):
             try:
                 found.append(each.result())
-            except (ValueError, OSError, NotImplementedError):  # it says more of metadata that it reads itself
+            except (ValueError, OSError, NotImplementedError):  # its message says more if it reads the metadata
                 found.append(waited(self._opened(key, knows=False), f"its array {key or '/'}: "))
         for each in found:  # TensorStore ends the process where it finds no memory for a chunk
             if chunk := each.chunk_layout.read_chunk.shape:

@@ -29,12 +29,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.streaming.left_out import Floats, Guide, Numbers, most_around
+from texvol.rendering.visible_rays import visible_rays
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.coverage import pixel_boxes_of
 from texvol.slicing.regions import Region
 from texvol.textures.distribution import NODES, ROWS
-from texvol.textures.halving import ends_in_box
 
 Size = tuple[int, int]
 _RAYS = 48 * 48
@@ -153,15 +153,8 @@ class Sensitivity:
 
 def _intervals(scene: CompleteScene, size: Size, guide: Guide, regions: Sequence[Region]) -> Intervals:
     volume, samples = guide.volume, guide.samples
-    eyes, directions = _rays(scene, size, volume)
-    from_centre = eyes - volume.centre
-    eye = (from_centre * directions).sum(axis=-1)
-    nearest = from_centre - eye[:, np.newaxis] * directions
-    first, last = scene.cutting.interval(volume, nearest, directions)
-    enters, leaves = ends_in_box(volume, nearest, directions).T
-    first, last = np.maximum(np.maximum(first, eye), enters), np.minimum(last, leaves)
-    hits = last > first
-    first, last, nearest, directions = first[hits], last[hits], nearest[hits], directions[hits]
+    rays = visible_rays(scene, *_rays(scene, size, volume))
+    nearest, directions, first, last = (each[rays.last > rays.first] for each in rays)
     longest = float((last - first).max(initial=0.0))
     length = max(float(samples.spacing.min()), longest / _MOST_INTERVALS)
     middles = first[:, np.newaxis] + (np.arange(max(int(np.ceil(longest / length)), 1)) + 0.5) * length
