@@ -5,6 +5,7 @@ Names are imported when first used, so that a picture starts in a blink.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
     from texvol.formats.stores.arrays import open_array
     from texvol.formats.stores.channels import load_channels
     from texvol.options.looks import load_look
+    from texvol.output.one_picture import render
     from texvol.ray_casting import raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
-    from texvol.rendering.renderer import Renderer, render
+    from texvol.rendering.picture import Picture
+    from texvol.rendering.renderer import Renderer
     from texvol.rendering.streaming.exact import raycast
     from texvol.rendering.streaming.plan import Plan, plan
     from texvol.rendering.streaming.progressive import render_progressively
@@ -62,6 +65,7 @@ _MODULES = {
     "Look": "scene.looks",
     "Mask": "scene.mask",
     "MissingExtraError": "util.errors",
+    "Picture": "rendering.picture",
     "Plan": "rendering.streaming.plan",
     "Renderer": "rendering.renderer",
     "Scene": "scene.scene",
@@ -81,7 +85,7 @@ _MODULES = {
     "raycast": "rendering.streaming.exact",
     "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
-    "render": "rendering.renderer",
+    "render": "output.one_picture",
     "render_progressively": "rendering.streaming.progressive",
 }
 
@@ -104,6 +108,7 @@ __all__ = [
     "Look",
     "Mask",
     "MissingExtraError",
+    "Picture",
     "Plan",
     "Renderer",
     "Scene",
@@ -130,7 +135,15 @@ __all__ = [
 ]
 
 
+def _join_xarray() -> None:
+    """Give xarray's arrays `.texvol`, once xarray is there; it is not imported for that."""
+    xarray: Any = sys.modules.get("xarray")
+    if hasattr(xarray, "register_dataarray_accessor") and not hasattr(xarray.DataArray, "texvol"):
+        xarray.register_dataarray_accessor("texvol")(import_module("texvol.util.accessor").Accessor)
+
+
 def __getattr__(name: str) -> Any:
+    _join_xarray()
     if name == "geometry":
         return import_module("texvol.geometry")
     if name not in _MODULES:
@@ -140,3 +153,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+_join_xarray()

@@ -173,6 +173,10 @@ class SceneOptions:
         _ = self._further  # reads the further volumes now, as part of loading
         if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:
             self._channels = self._other_channels(volume)
+        return self.taken(volume)
+
+    def taken(self, volume: Volume) -> Volume:
+        """Return a volume in memory as `load` does one from a file: moved, with labels if its values look like some."""
         return self.placed(self._seen_as(self._in_proportion(volume)))
 
     def _in_proportion(self, volume: Volume) -> Volume:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate, check, with_room
-from texvol.provenance.scene_metadata import scene_metadata
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.scene import display
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import depth
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION, depth_metadata
 from texvol.provenance import parts
 from texvol.provenance.geometry import geometry_from_metadata
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION, depth_metadata
 from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, positions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import checked_air

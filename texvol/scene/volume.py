@@ -19,6 +19,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.interchanged import Interchanged
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
@@ -35,7 +36,7 @@ OF_PLACE = (
 )
 
 
-class Volume(KeepsArrays):
+class Volume(KeepsArrays, Interchanged):
     """A scalar field on a regular grid.
 
     Parameters
@@ -285,7 +286,8 @@ class Volume(KeepsArrays):
 
     def __repr__(self) -> str:
         nx, ny, nz = self.dimensions
-        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)}{unit})"
 
 
 def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:

@@ -20,11 +20,11 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import named_limits
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture, read_picture
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.formats.readers import TimeSeries, load
 from texvol.geometry.reading import load_mesh
 from texvol.options import scene_options as options
 from texvol.options.files import transform
-from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
 from texvol.pytest_plugin.repeats import repeats_of

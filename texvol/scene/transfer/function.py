@@ -32,6 +32,7 @@ from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
+from texvol.util.late import ShownInNotebooks, late
 
 __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
@@ -43,8 +44,8 @@ class Classified(NamedTuple):
     extinction: Numbers  # τ, per world unit, shape (…)
 
 
-@dataclass(frozen=True, eq=False)
-class TransferFunction(KeepsArrays):
+@dataclass(frozen=True, eq=False, repr=False)
+class TransferFunction(KeepsArrays, ShownInNotebooks):
     """Control points (value, colour or emission, extinction), in data and world units.
 
     Parameters
@@ -125,6 +126,16 @@ class TransferFunction(KeepsArrays):
             raise InputError(f"{self.name}: points must be either emissive or premultiplied, got both")
         if not self.glows and (self.colors > 1).any():
             raise InputError(f"{self.name}: colours must be from 0 to 1, got {self.colors.max():g}")
+
+    def __repr__(self) -> str:
+        low, high, count = self.values[0], self.values[-1], len(self.values)
+        return f"TransferFunction({self.name!r}, {count} point{'s' * (count > 1)} from {low:.6g} to {high:.6g})"
+
+    @classmethod
+    def preset(cls, name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
+        """Return a preset in the units of a volume; InputError if there is none of that name."""
+        found: TransferFunction = late("preset", name, volume, materials)
+        return found
 
     @classmethod
     def load(
