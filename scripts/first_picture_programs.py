@@ -5,7 +5,7 @@
 
 It runs in the environment that `sh scripts/setup.sh "" side-by-side` makes, where texvol is not installed. Every
 program draws what it draws when nothing is said but the file: PyVista `Plotter.add_volume(grid)`, F3D a volume (its
-option `--volume`). VTK has no first picture; it draws a shaded volume by a transfer function that fits the kind of data.
+option `--volume`). VTK has no first picture; it draws a shaded volume by a transfer function for the kind of data.
 """
 
 from __future__ import annotations

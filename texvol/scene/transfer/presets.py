@@ -20,7 +20,7 @@ from texvol.scene.transfer import histogram
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.pieces import LARGEST_VALUE
-from texvol.scene.transfer.units import Units, typical_samples
+from texvol.scene.transfer.units import Units, medium_range, typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
@@ -127,13 +127,19 @@ _PROPOSAL: list[Point] = [
     (1.00, (1.00, 0.95, 0.82), 50),
 ]
 
-# Of measured values in light, which shows surfaces where an unlit medium has to be seen through.
+# Of measured values in light, which shows surfaces where an unlit medium has to be seen through. Where half of the
+# medium lies below `_DARK` of its range, the values are lower by up to `_LOWERED`: what is fine and faint shows.
 _SURFACES: list[Point] = [
     (0.15, (0.30, 0.06, 0.03), 0),
     (0.45, (0.62, 0.22, 0.10), 4),
     (0.60, (0.85, 0.55, 0.30), 60),
     (0.90, (1.00, 0.95, 0.84), 300),
 ]
+
+_DARK, _LOWERED = (0.05, 0.3), 0.45
+
+# Of a solid, extinction per mean edge of the box.
+_SOLID_COLOR, _SOLID_EXTINCTION = (0.92, 0.74, 0.54), 600.0
 
 # Of fields with two signs, in fractions of the larger end: clear about zero, cold below, warm above, linear RGB.
 _COLD: list[Point] = [
@@ -267,7 +273,19 @@ def proposed_for(volume: Volume) -> TransferFunction:
 
 def proposed_in_light(volume: Volume) -> TransferFunction:
     """Transfer function for a volume of measured values of which nothing is known, in light."""
-    return _from_points(_SURFACES, volume, "matter", "proposed")
+    samples = typical_samples(volume)
+    largest = max(float(np.abs(samples).max()), 1e-300)
+    low, high = (end / largest for end in medium_range(volume))
+    medium = samples[samples / largest > low] / largest
+    typical = (float(medium[medium.size // 2]) - low) / (high - low) if medium.size and high > low else 1.0
+    lower = 1 - _LOWERED * float(np.interp(typical, _DARK, (1.0, 0.0)))
+    return _from_points([(lower * each, *look) for each, *look in _SURFACES], volume, "matter", "proposed")
+
+
+def solid_inside(volume: Volume, depth: float) -> TransferFunction:
+    """Transfer function of a solid of one colour, clear at the value 0 and dense from the value `depth` on."""
+    ends = sorted([(depth, _SOLID_EXTINCTION), (0.0, 0.0)])
+    return _from_points([(value, _SOLID_COLOR, extinction) for value, extinction in ends], volume, "data", "solid")
 
 
 def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
