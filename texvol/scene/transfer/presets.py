@@ -159,9 +159,12 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
-# Of channels that emit, per mean edge of the box: bright where a tenth of the way is as bright as the window's end, and
-# so thin that what lies behind shows.
-_GLOW, _ABSORPTION = 10.0, 4.0
+# Of channels that emit, per mean edge of the box. The emission is such that hardly a line through the volume would be
+# brighter than `_WHITE` without absorption, which is a fraction of the emission, so that what lies behind shows.
+_WHITE, _LEAST_GLOW, _MOST_GLOW, _ABSORPTION = 1.2, 2.0, 40.0, 0.25
+_WHITE_BEYOND = 99.0  # percentile of the lines that show anything
+_SHOWS = 0.02  # of the brightest line
+_PROJECTED = 1 << 20  # samples
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 
@@ -279,7 +282,8 @@ def proposed_in_light(volume: Volume) -> TransferFunction:
     medium = samples[samples / largest > low] / largest
     typical = (float(medium[medium.size // 2]) - low) / (high - low) if medium.size and high > low else 1.0
     lower = 1 - _LOWERED * float(np.interp(typical, _DARK, (1.0, 0.0)))
-    return _from_points([(lower * each, *look) for each, *look in _SURFACES], volume, "matter", "proposed")
+    points = [(lower * value, color, extinction) for value, color, extinction in _SURFACES]
+    return _from_points(points, volume, "matter", "proposed")
 
 
 def solid_inside(volume: Volume, depth: float) -> TransferFunction:
@@ -291,6 +295,7 @@ def solid_inside(volume: Volume, depth: float) -> TransferFunction:
 def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
     """Emission in the colour of one of several channels, from 0 at the start of its window to bright at its end.
 
+    It is exposed so that what is thick is not burnt out and what is fine shows.
     A window as wide as the type of the samples says nothing; the range of the medium stands for it, and a hue by the
     channel's number for a colour that is not told.
     """
@@ -301,13 +306,29 @@ def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
     color = np.array(_HUES[channel.number % len(_HUES)] if channel.color is None else channel.color)
     units = Units(volume, "matter", "box")
     ends = units.placed(np.array([0.0, 1.0])) if window is None else np.array(window)
+    glow = _exposed(volume, float(ends[0]), float(ends[1])) * units.per_length
     return TransferFunction(
         ends,
-        np.outer([0.0, _GLOW * units.per_length], color),
-        np.array([0.0, _ABSORPTION * units.per_length]),
+        np.outer([0.0, glow], color),
+        np.array([0.0, _ABSORPTION * glow]),
         emissive=True,
         name=channel.name or f"channel {channel.number}",
     )
+
+
+def _exposed(volume: Volume, low: float, high: float) -> float:
+    """Return the emission at the end of a window, per mean edge, that takes the brightest lines of a volume to white."""
+    values = volume.overview.values
+    step = max(int(np.ceil((values.size / _PROJECTED) ** (1 / 3))), 1)
+    few = values[tuple(slice(None, None, min(step, max(count // 4, 1))) for count in values.shape)].astype(np.float64)
+    shown = np.clip((np.nan_to_num(few, nan=low) - low) / max(high - low, 1e-300), 0.0, 1.0)
+    edges = np.linalg.norm(volume.box_edges, axis=0)
+    brightest = 0.0
+    for axis, edge in zip((2, 1, 0), edges / edges.mean(), strict=True):
+        lines = np.sort(shown.mean(axis=axis), axis=None) * edge
+        lines = lines[lines > _SHOWS * lines[-1]]
+        brightest = max(brightest, float(percentile_of_sorted(lines, _WHITE_BEYOND)) if lines.size else 0.0)
+    return float(np.clip(_WHITE / max(brightest, 1e-9), _LEAST_GLOW, _MOST_GLOW))
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
