@@ -7,7 +7,8 @@ so that two small pictures, one of a quarter of the slab thickness, bound it:
 
 A picture of half the thickness would need a divisor of 1/2, and is mostly as far off on the other side. The rate is
 doubled until the bound is at most `LIMIT`, as long as the rays sample no more slabs than a warm frame of half a second
-can have. Slabs are counted, not timed, so that the same scene always gives the same picture.
+can have. Slabs are counted, not timed, so that the same scene always gives the same picture. Rays end at a
+transmittance of a sixteenth of the limit, which is part of the estimate.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
@@ -32,6 +36,9 @@ _FINEST, _IN_PARTS = 16, 4
 _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
+_STEP = 0.5  # of rates between powers of two
+# Transmittance at which rays end if the rate is not 1: a sixteenth of the limit, of which it is a part.
+_TERMINATION = LIMIT / 16
 
 CountSlabs = Callable[[CompleteScene, Size, Settings], int]
 
@@ -51,7 +58,7 @@ class DefaultRate:
 
     def __init__(self, draw: DrawScene, count: CountSlabs) -> None:
         self._draw, self._count = draw, count
-        self._last: tuple[tuple[Any, ...], float] | None = None  # key and rate
+        self._last: tuple[tuple[Any, ...], float, float | None] | None = None  # key, rate and estimate
         self.estimate: float | None = None  # of the picture for which the last rate was chosen
 
     def settled(self, scene: CompleteScene, size: Size, settings: Settings, chosen: Classified | None) -> Settings:
@@ -69,9 +76,13 @@ class DefaultRate:
         parts = scene.volume, scene.transfer_function, scene.lighting, scene.mask, scene.depth_cue
         key = (*map(id, parts), f"{size} {scene.cutting} {scene.gradient} {plain}", *map(id, scene.added))
         if self._last is None or self._last[0] != key:
-            self._last = key, self._chosen(scene, size, plain)
+            self._last = key, self._chosen(scene, size, plain), self.estimate
             self._kept = parts, scene.added  # whose identities are in the key
-        return replace(settings, slab_thickness=settings.slab_thickness / self._last[1])
+        rate, self.estimate = self._last[1:]
+        if rate > 1 and settings.early_termination == DEFAULT_EARLY_TERMINATION:
+            settings = replace(settings, early_termination=_TERMINATION)
+            self.estimate = None if self.estimate is None else self.estimate + _TERMINATION
+        return replace(settings, slab_thickness=settings.slab_thickness / rate)
 
     def estimated(self, scene: CompleteScene, size: Size, settings: Settings, seconds: float) -> float | None:
         """Return an estimate of the error of a picture, from two small ones; None if they would take long.
@@ -88,21 +99,25 @@ class DefaultRate:
 
     def _chosen(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
         """Return the factor of the rate."""
-        small, rate, pictures = _small(size), 1, {}
+        small, rate, pictures = _small(size), 1.0, {}
+
+        def drawn(factor: float) -> NDArray[np.float32]:
+            if factor not in pictures:
+                thinner = replace(settings, slab_thickness=settings.slab_thickness / factor)
+                pictures[factor] = self._draw(scene, small, thinner)
+            return pictures[factor]
+
         try:
             most = None
             while True:
-                for each in (rate << halvings for halvings in range(_HALVINGS + 1)):
-                    if each not in pictures:
-                        thinner = replace(settings, slab_thickness=settings.slab_thickness / each)
-                        pictures[each] = self._draw(scene, small, thinner)
-                self.estimate = estimate(pictures.pop(rate), pictures[rate << _HALVINGS], _HALVINGS)
-                if self.estimate <= LIMIT or rate >= _FINEST:
+                self.estimate = estimate(drawn(rate), drawn(rate * 2**_HALVINGS), _HALVINGS)
+                if self.estimate + _TERMINATION <= LIMIT or rate >= _FINEST:
                     return rate
                 most = most or self._finest(scene, size, settings)
-                if 2 * rate > most:
+                finer = min(2 * rate, np.floor(most / _STEP) * _STEP)
+                if finer <= rate:
                     return rate
-                rate *= 2
+                rate = float(finer)
         except InputError:  # no room, or too many slabs: the picture itself says so if it has to
             return rate
 
@@ -110,7 +125,7 @@ class DefaultRate:
         """Return the factor of the rate at which a frame takes half a second, by the samples of a small picture."""
         small = _small(size)
         pixels = size[0] * size[1] / (small[0] * small[1])
-        sampled = max(self._count(scene, small, settings) * pixels, 1.0)
+        sampled = max(self._count(scene, small, replace(settings, early_termination=_TERMINATION)) * pixels, 1.0)
         return (_MOST_SAMPLED_UNLIT if scene.lighting is None else _MOST_SAMPLED) / sampled
 
     def _error(self, scene: CompleteScene, small: Size, settings: Settings) -> float:

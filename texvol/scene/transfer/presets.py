@@ -317,7 +317,7 @@ def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
 
 
 def _exposed(volume: Volume, low: float, high: float) -> float:
-    """Return the emission at the end of a window, per mean edge, that takes the brightest lines of a volume to white."""
+    """Return the emission at the end of a window, per mean edge, that takes the brightest lines to white."""
     values = volume.overview.values
     step = max(int(np.ceil((values.size / _PROJECTED) ** (1 / 3))), 1)
     few = values[tuple(slice(None, None, min(step, max(count // 4, 1))) for count in values.shape)].astype(np.float64)
