@@ -115,7 +115,7 @@ def compare(name: str, words: Sequence[str], folder: Path) -> tuple[Image.Image,
         seconds[program], last = drawn(program, words, image, kind, picture)
         said = last if program == "texvol" else said
     times = " | ".join(f"{seconds[program]:.1f}" for program in NAMES)
-    error = said.partition("estimated error ")[2].partition(",")[0] or "not estimated"
+    error = said.partition("estimated error ")[2].partition(",")[0].partition(" ")[0] or "not estimated"
     line = f"| {name} | {kind} | {error} | {100 * burnt(pictures['texvol']):.1f} | {times} |"
     return sheet(pictures, seconds), line
 
