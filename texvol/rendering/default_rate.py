@@ -32,7 +32,7 @@ LIMIT = 1 / 64  # of the largest error of a linear picture
 # Slabs that are sampled in half a second by a software renderer of two cores: 5 ns each where they are lit.
 _MOST_SAMPLED, _MOST_SAMPLED_UNLIT = 1e8, 2e8
 _MOST_IN_PARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
-_FINEST, _IN_PARTS = 16, 4
+_FINEST, _IN_PARTS = 32, 4
 _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error

@@ -25,7 +25,7 @@ from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 
 NO_LIGHT = "none"
-EXPOSED = Lighting(ambient=0.25, diffuse=0.63, specular=0.12)
+EXPOSED = Lighting(ambient=0.14, diffuse=0.74, specular=0.12)
 _UNLIT = ("fog", "fluorescence")  # media without surfaces
 _BONE = 250.0  # Hounsfield units
 _BODY = -500.0
