@@ -97,7 +97,7 @@ class Renderer:
         self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
-        self._default_rate = DefaultRate(self._draw)
+        self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
         self._quick_estimate: float | None = None  # of the last picture's error, by the choice of its rate
         self._error_search = ErrorSearch(self._noted, self._exactly, self._rounding)
 

@@ -18,6 +18,9 @@ CHOICES = {
     "gradients": ("data", "relative"),
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
+_FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
+_LEAST_OBJECT = 27  # samples of it
+_COHERENT = 0.5  # least fraction of them beside another one: noise and hot pixels are alone
 
 
 @dataclass(frozen=True)
@@ -93,12 +96,31 @@ def medium_range(volume: Volume) -> tuple[float, float]:
     """Values between which the volume's medium lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
-    of them; without one the range starts at the 5th percentile.
+    of them; without one the range starts at the 5th percentile. Where a small object is far brighter than that range,
+    all else is its background.
     """
     samples = typical_samples(volume)
     largest = max(float(np.abs(samples).max()), 1e-300)
     low, high = _range_of_medium(samples / largest)  # values up to 1e308 have no range that float64 could hold
-    return low * largest, high * largest
+    return _range_of_object(volume, float(samples[0]), high * largest) or (low * largest, high * largest)
+
+
+def _range_of_object(volume: Volume, lowest: float, high: float) -> tuple[float, float] | None:
+    """Return the range of an object that is too small for percentiles, and far above all other values; else None."""
+    width = high - lowest
+    beyond = high + _FAR * width
+    if volume.labels or not (volume.finite_range and 0 < width < np.inf and volume.finite_range[1] > beyond):
+        return None
+    values = volume.overview.values
+    far = values > beyond
+    count = int(far.sum())
+    if count < _LEAST_OBJECT or int((far[..., 1:] & far[..., :-1]).sum()) < _COHERENT * count:
+        return None
+    # A long tail of the others has more samples near them than far from them.
+    if int(((values > high) & (values <= high + width)).sum()) * 2 > count:
+        return None
+    of_object = np.sort(values[far].astype(np.float64))
+    return high, float(percentile_of_sorted(of_object[np.isfinite(of_object)], 90))
 
 
 def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
