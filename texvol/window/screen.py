@@ -243,20 +243,25 @@ class Textures:
         self._gl = gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
 
-    def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
+    def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> int:
         """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call.
 
-        Pixels have shape (height, width, 3), top row first; pixels of another size get another texture.
+        Pixels have shape (height, width, 3 or 4), or (height, width) for grey, top row first; pixels of another shape
+        get another texture. They are interpolated unless `nearest` is True.
         """
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
             pixels = make()
-            height, width, _ = pixels.shape
-            if texture is None or texture.size != (width, height):
+            height, width, *further = pixels.shape
+            components = further[0] if further else 1
+            if texture is None or (texture.size, texture.components) != ((width, height), components):
                 if texture is not None:
                     texture.release()
-                texture = self._gl.texture((width, height), 3, alignment=1)
+                texture = self._gl.texture((width, height), components, alignment=1)
                 texture.repeat_x = texture.repeat_y = False
+                texture.swizzle = "RRR1" if components == 1 else texture.swizzle
+            how = self._gl.NEAREST if nearest else self._gl.LINEAR
+            texture.filter = how, how
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
         return int(texture.glo)
