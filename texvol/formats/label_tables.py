@@ -19,7 +19,7 @@ from __future__ import annotations
 import itertools
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +45,7 @@ _LABEL, _SPACE, _BYTE, _REAL = r"([+-]?\d{1,9})", r"(?: ?[,;] ?| )", r"(\d{1,3})
 _NAME = r"(\S|\S.*\S)"
 _BYTES = _SPACE.join([_BYTE] * 3)
 _ITK_SNAP = re.compile(_SPACE.join([_LABEL, _BYTES, _REAL, r"(\d+)", r"\d+", r'"(.*)"']))
-_FREE_SURFER = re.compile(_SPACE.join([_LABEL, _NAME, _BYTES]) + rf"(?:{_SPACE}{_BYTE})?")
+_NAME_FIRST = tuple(re.compile(_SPACE.join([_LABEL, _NAME, _BYTES, *last])) for last in ([_BYTE], []))
 _FSL = re.compile(_SPACE.join([_LABEL, _REAL, _REAL, _REAL, _NAME]), re.IGNORECASE)
 _COLOR_LINE = re.compile(_SPACE.join([_LABEL, _BYTES, _BYTE]))
 _PLAIN = re.compile(rf"{_LABEL}(?: ?[:=,;] ?| ){_NAME}")
@@ -192,11 +192,16 @@ def _itk_snap(line: str) -> _Row | None:
 
 
 def _free_surfer(line: str) -> _Row | None:
-    found = _FREE_SURFER.fullmatch(line)
+    found = _NAME_FIRST[0].fullmatch(line)
     if found is None:
         return None
     label, name, red, green, blue, alpha = found.groups()
-    return _row(label, name, _of_bytes([red, green, blue]), None if alpha is None else int(alpha) / 255)
+    return _row(label, name, _of_bytes([red, green, blue]), int(alpha) / 255)
+
+
+def _without_alpha(line: str) -> _Row | None:
+    found = _NAME_FIRST[1].fullmatch(line)
+    return None if found is None else _row(found[1], found[2], _of_bytes(found.groups()[2:]))
 
 
 def _fsl(line: str) -> _Row | None:
@@ -215,7 +220,7 @@ def _plain(line: str) -> _Row | None:
     return None if found is None else _row(found[1], found[2])
 
 
-_LINE_FORMS: tuple[Callable[[str], _Row | None], ...] = (_itk_snap, _free_surfer, _fsl, _plain)
+_LINE_FORMS: tuple[Callable[[str], _Row | None], ...] = (_itk_snap, _free_surfer, _without_alpha, _fsl, _plain)
 
 
 def _workbench(texts: list[str]) -> list[_Row] | None:
@@ -240,7 +245,7 @@ def _row(
     return _Row(int(label), name, color, opacity) if is_name and in_range and abs(int(label)) <= LARGEST_LABEL else None
 
 
-def _of_bytes(color: list[str] | tuple[str, ...]) -> tuple[float, float, float]:
+def _of_bytes(color: Sequence[str]) -> tuple[float, float, float]:
     red, green, blue = (int(each) / 255 for each in color)
     return red, green, blue
 

@@ -54,9 +54,9 @@ class Layout:
     window : (centre, width)
         Values from black to white.
     zoom : float
-        Magnification; at 1 all volumes fit in a view.
+        Magnification; at 1 all of the volume fits in a view.
     middle : array of shape (3), optional
-        World point in the middle of all slices; by default the middle of all volumes.
+        World point in the middle of all slices; by default the middle of the volume.
     hovered : Found, optional
         Values under the mouse on a slice, if the probe is on.
     views : dict

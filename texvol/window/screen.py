@@ -203,9 +203,14 @@ class Screen:
             self._glfw.terminate()
 
     def _held(self) -> tuple[str, ...]:
-        """Return "ctrl" if a Ctrl key is down; GLFW reports no modifiers with a drop."""
-        glfw, ctrl = self._glfw, (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
-        return ("ctrl",) if any(glfw.get_key(self._window, key) == glfw.PRESS for key in ctrl) else ()
+        """Return the modifier keys that are down; GLFW reports none with a drop or a turn of the wheel."""
+        glfw, names = self._glfw, {"shift": "SHIFT", "ctrl": "CONTROL", "alt": "ALT"}
+        return tuple(
+            name
+            for name, key in names.items()
+            for side in ("LEFT", "RIGHT")
+            if glfw.get_key(self._window, getattr(glfw, f"KEY_{side}_{key}")) == glfw.PRESS
+        )
 
     def _listen(self) -> None:
         glfw, window, put = self._glfw, self._window, self._put
@@ -226,7 +231,7 @@ class Screen:
 
         glfw.set_cursor_pos_callback(window, lambda _, x, y: put(Event("move", x, y)))
         glfw.set_mouse_button_callback(window, button)
-        glfw.set_scroll_callback(window, lambda _, x, y: put(Event("scroll", x, y)))
+        glfw.set_scroll_callback(window, lambda _, x, y: put(Event("scroll", x, y, modifiers=self._held())))
         glfw.set_key_callback(window, key)
         glfw.set_char_callback(window, lambda _, code: put(Event("text", name=chr(code))))
         glfw.set_drop_callback(window, lambda _, paths: put(Event("drop", names=tuple(paths), modifiers=self._held())))

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window.slices import Slice
 from texvol.window.steering import Viewport
@@ -71,10 +70,9 @@ class SliceView:
     middle: tuple[float, float]
 
     @classmethod
-    def of(cls, rectangle: Viewport, plane: Plane, scene: Scene, zoom: float, middle: NDArray | None) -> SliceView:
-        """Return the view in which all volumes fit at zoom 1; `middle` is a world point, by default that of all."""
-        corners = [each.centre + each.corners_from_centre for each in scene.volumes]
-        spread = plane.positions(np.concatenate(corners))
+    def of(cls, rectangle: Viewport, plane: Plane, volume: Volume, zoom: float, middle: NDArray | None) -> SliceView:
+        """Return the view in which a volume fits at zoom 1; `middle` is a world point, by default the volume's."""
+        spread = plane.positions(volume.centre + volume.corners_from_centre)
         low, high = spread.min(axis=0), spread.max(axis=0)
         width, height = np.maximum(high - low, 1e-300)
         scale = _FILLED * min(rectangle.width / width, rectangle.height / height) * zoom

@@ -71,7 +71,7 @@ def slice_in(desk: Desk, document: Document, name: str, rectangle: Viewport) -> 
     layout, scene = desk.layout, document.scene
     slice_ = layout.slices[name]
     plane = Plane.of(scene.volume, slice_, layout.number(name))
-    view = SliceView.of(rectangle, plane, scene, layout.zoom, layout.middle)
+    view = SliceView.of(rectangle, plane, scene.volume, layout.zoom, layout.middle)
     layout.views[name] = view
     draw = imgui.get_window_draw_list()
     corner, end = parts.corners(rectangle)
@@ -142,13 +142,13 @@ def _texts(draw: Any, layout: Layout, view: SliceView, name: str) -> None:
     box, scale = view.rectangle, parts.scale()
     corner, end = parts.corners(box)
     draw.add_rect(corner, end, COLORS[name] | _BORDER, 0.0, 1.5 * scale)
-    count = layout.volume.dimensions[layout.slices[name].axis]
-    title = f"{name} {layout.number(name) + 1} of {count}"
-    _text(box.x + 8 * scale, box.y + 6 * scale, title, COLORS[name] | _TITLE)
-    if layout.zoom != 1:
-        wide = imgui.calc_text_size(title).x
-        _text(box.x + 20 * scale + wide, box.y + 6 * scale, f"{layout.zoom:.3g} x")
     margin = 8 * scale
+    count = layout.volume.dimensions[layout.slices[name].axis]
+    titles = [f"{name} {layout.number(name) + 1} of {count}", f"{name} {layout.number(name) + 1}", name]
+    titles = [f"{each}, {layout.zoom:.3g} x" if layout.zoom != 1 else each for each in titles]
+    room = box.width / 2 - 3 * margin  # up to the letter in the middle
+    title = next((each for each in titles if imgui.calc_text_size(each).x <= room), "")
+    _text(box.x + margin, box.y + margin, title, COLORS[name] | _TITLE)
     for letter, (across, below) in zip(letters_of(layout.volume, layout.slices[name]) or (), _SIDES, strict=False):
         extent = imgui.calc_text_size(letter)
         x = box.x + margin + across * (box.width - extent.x - 2 * margin)
@@ -186,7 +186,9 @@ def _mouse(desk: Desk, scene: Scene, view: SliceView, name: str) -> bool:
         if io.key_ctrl:
             layout.magnify(_ZOOM**io.mouse_wheel, here, view.centre)
         else:
-            layout.step(name, float(np.sign(io.mouse_wheel)))
+            turned = state.get("slice wheel", 0.0) + io.mouse_wheel  # a fine wheel turns by parts of a notch
+            state["slice wheel"] = turned - np.trunc(turned)
+            layout.step(name, float(np.trunc(turned)))
     return bool(clicked)
 
 
