@@ -161,9 +161,10 @@ def _rows(lines: list[tuple[int, str]]) -> list[_Row] | None:
     texts = [line for _, line in lines]
     if not texts or max(map(len, texts)) > _LONGEST_LINE:
         return None
-    for convert in _LINE_FORMS:
-        if convert(texts[0]) is None:
-            continue
+    fitting = [convert for convert in _LINE_FORMS if convert(texts[0]) is not None]
+    for convert in fitting:
+        if convert is _plain and len(fitting) > 1:  # a table of colours with a fault, and no names that end in numbers
+            return None
         rows = [row for row in map(convert, texts) if row is not None]
         if len(rows) == len(texts):
             return _without_numbers(rows) if convert is _plain else rows
@@ -177,9 +178,8 @@ def _fault(lines: list[tuple[int, str]]) -> str:
     long = next((number for number, line in lines if len(line) > _LONGEST_LINE), None)
     if long is not None:
         return f"line {long} has more than {_LONGEST_LINE} letters"
-    counts = [sum(convert(line) is not None for _, line in lines) for convert in _LINE_FORMS]
-    convert = _LINE_FORMS[counts.index(max(counts))]
-    number, line = next((each for each in lines if convert(each[1]) is None), lines[0])
+    fitting = [convert for convert in _LINE_FORMS if convert(lines[0][1]) is not None] or [_plain]
+    number, line = next((each for each in lines if fitting[0](each[1]) is None), lines[0])
     return f"line {number} is {shown_line(line)[:60]!r}"
 
 

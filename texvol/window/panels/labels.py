@@ -41,16 +41,13 @@ def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> Non
     elif pressed == _NAMES:
         desk.browse("Names of labels", lambda path, _: label_looks.take_names(desk, number, path))
     _note(scene, number, len(found), len(look.opacities) - (0 in look.opacities))
-    opacities, colors = _table(state, found, known, _with_opacities(look, opacities))
+    if state.get("label before", (None,))[0] is not volume:
+        state["label before"] = volume, None
+    opacities, colors = _table(state, found, known, look._replace(opacities=opacities))
     if opacities != look.opacities or colors != look.colors:
         made = replace(label_function(volume, opacities, colors), name=medium.name)
         # All changes of one drag are one step of the history.
         desk.change("labels", **editing.with_own(scene, number, transfer_function=made))
-
-
-def _with_opacities(look: LabelLook, opacities: dict[int, float]) -> LabelLook:
-    """Return a look with other opacities."""
-    return look._replace(opacities=opacities)
 
 
 def _sought(state: Mapping[str, Any]) -> str:
@@ -87,7 +84,9 @@ def _table(
             opacities[label], colors[label] = _row(label, names.get(label, ""), opacities[label], colors[label])
             imgui.table_next_column()
             if _solo(label_looks.is_alone(opacities, label)):
-                opacities, state["label before"] = label_looks.alone(opacities, label, state.get("label before"))
+                volume, before = state["label before"]
+                opacities, before = label_looks.alone(opacities, label, before)
+                state["label before"] = volume, before
             imgui.pop_id()
     clipper.end()
     imgui.end_table()

@@ -19,8 +19,9 @@ def lines(scene: Scene, found: Found, *, index: bool = False) -> list[str]:
         volume = scene.volumes[each.number]
         name = f"{volume_called(volume, _LETTERS)}: " if several else "label " if volume.labels else "value "
         texts.append(name + _value(each.value, each.label, volume.value_unit, labels=volume.labels))
-    unit = scene.volume.unit
-    texts.append(f"at {', '.join(f'{part:.5g}' for part in found.point)} {unit}".rstrip())
+    digits = 2 - int(np.floor(np.log10(scene.volume.smallest_spacing)))  # a hundredth of the distance of samples
+    position = ", ".join(f"{round(part, digits) + 0.0:.7g}" for part in found.point.tolist())
+    texts.append(f"at {position} {scene.volume.unit}".rstrip())
     if index and found.all[0].index is not None:
         texts.append(f"sample {', '.join(map(str, found.all[0].index))}")
     return texts
