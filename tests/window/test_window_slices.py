@@ -167,9 +167,8 @@ def pixels_of(picture: np.ndarray, corners: Any, plane: Plane) -> np.ndarray:
     rows, columns = picture.shape[:2]
     start, right, _, below = (np.array(each) for each in corners)
     across, along = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
-    places = (
-        start + across[np.newaxis, :, np.newaxis] * (right - start) + along[:, np.newaxis, np.newaxis] * (below - start)
-    )
+    places = start + across[np.newaxis, :, np.newaxis] * (right - start)
+    places = places + along[:, np.newaxis, np.newaxis] * (below - start)
     return plane.origin + places[..., :1] * plane.right + places[..., 1:] * plane.down
 
 
@@ -222,10 +221,8 @@ def test_a_volume_beside_the_plane_has_no_picture() -> None:
 
 
 def test_an_oblique_volume_is_coarser_while_it_moves_and_never_larger_than_a_picture() -> None:
-    first, wide = (
-        ramp(),
-        Volume(np.zeros((400, 500, 500), np.uint8), origin=(-200, -200, -200), direction=turned((7, 8, 9))),
-    )
+    samples = np.zeros((400, 500, 500), np.uint8)
+    first, wide = ramp(), Volume(samples, origin=(-200, -200, -200), direction=turned((7, 8, 9)))
     plane = Plane.of(first, slices_of(first)["axial"], 3)
     fine, coarse = (further_layer(wide, Colors(wide, SOLID), plane, fine=each) for each in (True, False))
     assert fine is not None and coarse is not None
