@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.windows import ball, display_of_all, eight_bits, script, viewed
+from support.windows import ball, display_of_all, script, viewed
+
+from texvol.formats.pictures import image
 
 REST = {"do": "rest"}
 SIZE = 402, 402
@@ -74,7 +76,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def picture(folder: Path, name: str) -> np.ndarray:
-    return eight_bits(folder / f"{name}.png")[: SIZE[1], : SIZE[0]]
+    levels = np.rint(255 * image.read(folder / f"{name}.png")[..., :3]).astype(int)  # sRGB, as it is stored
+    return np.asarray(levels[: SIZE[1], : SIZE[0]])
 
 
 def is_color(pixels: np.ndarray, name: str) -> np.ndarray:
@@ -87,7 +90,8 @@ def is_color(pixels: np.ndarray, name: str) -> np.ndarray:
 
 def border_at(shown: np.ndarray, x: int, y: int) -> list[str]:
     """Names of the planes whose colour the border at a point has."""
-    return [name for name in COLORS if is_color(shown[y : y + 1, x + 20 : x + 60], name).mean() > 0.9]
+    found = shown[y : y + 1, x + 20 : x + 60]
+    return [name for name, color in COLORS.items() if np.abs(found - color).max() <= 2]
 
 
 def lines(shown: np.ndarray, view: str) -> tuple[float, float]:
@@ -105,7 +109,7 @@ def test_a_key_shows_four_views_of_one_size_and_the_same_key_the_picture_alone(f
     for name, (x, y) in CORNERS.items():
         assert border_at(four, x, y) == [name]
         assert lines(four, name) == pytest.approx((TILE / 2, TILE / 2), abs=2)
-        assert name == "sagittal" or border_at(alone, x, y) == [], "the ball itself is reddish"
+        assert border_at(alone, x, y) == []
 
 
 def test_a_drag_moves_the_crosshair_in_all_slices(folder: Path) -> None:
