@@ -25,16 +25,13 @@ _LEAST_SLICE = 80.0  # window coordinates: leaves room for a slice's title
 _GAP = 6.0
 _ARM = 14.0  # length of the crosshair's arms in the picture
 _SMALL = 0.55  # fraction of the panel's width: the panel scrolls if slices would be narrower
-_LAYOUTS = ("3D alone", "2 x 2")
+_ALONE, _FOUR, _WHOLE, _TURN = "3D alone", "2 x 2", "whole slices", "turn about it"
 
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Slices tab."""
     scene, layout = document.scene, desk.layout
     layout.follow(scene)
-    chosen = parts.choice("layout", _LAYOUTS[layout.shown], _LAYOUTS)
-    if chosen != _LAYOUTS[layout.shown]:
-        layout.become(PICTURE if chosen == _LAYOUTS[0] else "2x2")
     if not scene.volume.labels:
         low, high = scene.volume.finite_range or (0.0, 1.0)
         layout.window = parts.window(("level", "window"), layout.window, low, high)
@@ -44,8 +41,9 @@ def show(desk: Desk, document: Document) -> None:
         found = parts.switches({"outlines in 3D": layout.planes, "slices in 3D": layout.pictures})
         layout.planes, layout.pictures = found["outlines in 3D"], found["slices in 3D"]
         imgui.separator_text("At the crosshair")
-    lines = readout.lines(scene, probe.at_point(scene, layout.crosshair), index=True)
+    lines = readout.lines(scene, probe.at_point(scene, layout.crosshair), index=layout.shown)
     if not layout.shown:
+        lines = [" ".join(lines)] if len(lines) == 2 else lines  # leaves room for the slices
         # Height of the lines of text, the buttons, and the spacing around them.
         spaces = 3 * imgui.get_style().item_spacing.y
         foot = len(lines) * imgui.get_text_line_height_with_spacing() + imgui.get_frame_height_with_spacing() + spaces
@@ -53,11 +51,13 @@ def show(desk: Desk, document: Document) -> None:
         _slices(desk, document, available.x, max(available.y - foot, _LEAST))
     for line in lines:
         imgui.text_unformatted(line)
-    pressed = parts.buttons(("turn about the crosshair", "all of each slice"), 2)
-    if pressed == "turn about the crosshair":
+    pressed = parts.buttons((_ALONE if layout.shown else _FOUR, _WHOLE, _TURN), 3)
+    if pressed == _TURN:
         document.look(navigation.with_pivot(document.view, layout.crosshair))
-    elif pressed:
+    elif pressed == _WHOLE:
         layout.reset()
+    elif pressed:
+        layout.become(PICTURE if layout.shown else "2x2")
 
 
 def mark(desk: Desk) -> None:

@@ -140,8 +140,11 @@ def _texts(draw: Any, layout: Layout, view: SliceView, name: str) -> None:
     """Draw the border, the name with the slice's number, the zoom, and the directions of the body."""
     assert layout.volume is not None
     box, scale = view.rectangle, parts.scale()
-    corner, end = parts.corners(box)
-    draw.add_rect(corner, end, COLORS[name] | _BORDER, 0.0, 1.5 * scale)
+    corner, end = (
+        imgui.ImVec2(round(box.x), round(box.y)),
+        imgui.ImVec2(int(box.x + box.width), int(box.y + box.height)),
+    )
+    draw.add_rect(corner, end, COLORS[name] | _BORDER, 0.0, thickness=1.5 * scale)
     margin = 8 * scale
     count = layout.volume.dimensions[layout.slices[name].axis]
     titles = [f"{name} {layout.number(name) + 1} of {count}", f"{name} {layout.number(name) + 1}", name]

@@ -75,12 +75,13 @@ TIPS = {
     # Slices
     "level": "value that is shown as middle grey",
     "window": "range of values from black to white",
-    "layout": "the 3D view alone, or beside axial, coronal and sagittal slices (g)",
+    "2 x 2": "axial, coronal and sagittal slices beside the 3D view (g)",
+    "3D alone": "the 3D view without slices beside it (g)",
     "further volumes": "opacity of further volumes over the first one",
     "outlines in 3D": "where the slices are in the 3D view",
     "slices in 3D": "the slices themselves in the 3D view",
-    "turn about the crosshair": "the 3D view turns about the point of the crosshair",
-    "all of each slice": (
+    "turn about it": "the 3D view turns about the point of the crosshair",
+    "whole slices": (
         "zoom and position as at first. In a slice: drag with the left button to move the crosshair, with the middle\n"
         "button to move the slice, with the right button to change window and level; turn the wheel to go through\n"
         "the slices, with ctrl to zoom; double click to enlarge it."
