@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from texvol.formats.label_tables import NONE
 from texvol.options import texts
 from texvol.options.scene_option import SceneOption
 from texvol.scene.volume import Volume
@@ -28,6 +31,11 @@ _OPTIONS = (
         "samples of the regular grid to which a rectilinear, curvilinear or unstructured grid is resampled",
     ),
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
+    SceneOption(
+        "label-names", texts.file_name, "FILE|none",
+        "names and colours of labels: a table of ITK-SNAP, FreeSurfer, 3D Slicer or FSL, or lines LABEL NAME (default: "
+        "the table beside the file)",
+    ),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),
     SceneOption(
@@ -80,6 +88,12 @@ def chosen(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the reading options that are given, by name, all time steps included."""
     named = {name.replace("_", "-"): value for name, value in given.items()}
     return {name: named[name] for name in READING if named.get(name) is not None}
+
+
+def beside(options: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return reading options of a scene file with their paths relative to the file's folder."""
+    table = options.get("label-names", NONE)
+    return dict(options) if table == NONE else {**options, "label-names": str(Path(folder) / table)}
 
 
 def arguments_of(options: Mapping[str, Any]) -> dict[str, Any]:

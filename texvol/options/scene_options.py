@@ -328,7 +328,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}{near}")
     if told and "volume" not in told:
         raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
-    return volume_options.beside(chosen, path.parent), told
+    return volume_options.beside(chosen, path.parent), reading.beside(told, path.parent)
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

@@ -186,7 +186,7 @@ def beside(chosen: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[st
     found = {name: _moved(value, folder) for name, value in chosen.items()}
     if isinstance(found.get("tf"), str) and found["tf"] not in transfer.PRESETS:
         found["tf"] = str(Path(folder) / found["tf"])
-    return found
+    return reading.beside(found, folder)
 
 
 def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:

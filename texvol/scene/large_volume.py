@@ -225,6 +225,7 @@ class LargeVolume(Volume):
             source=self.source,  # nobody else has the samples
             labels=self.labels,
             blocks=self.blocks,
+            label_table=self.label_table,
         )
 
     def at_level(self, number: int) -> LargeVolume:

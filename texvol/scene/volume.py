@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.interchanged import Interchanged
+from texvol.scene.label_table import LabelTable
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
@@ -75,12 +76,17 @@ class Volume(KeepsArrays, Interchanged):
         Straight colour of each sample, linear RGB from 0 to 1; the values are then how much of it there is. Matter has
         its colour times that of the transfer function, and is interpolated after it is classified, always.
 
+    label_table : LabelTable, optional
+        Names and colours of labels.
+
     Raises
     ------
     InputError
         If there are not three axes, no samples, a type that is not real, or no volume to speak of; if labels are not
         whole, or colours not one for each sample.
     """
+
+    label_table: LabelTable | None = None
 
     def __init__(
         self,
@@ -99,8 +105,9 @@ class Volume(KeepsArrays, Interchanged):
         labels: bool = False,
         blocks: bool = False,
         colors: ArrayLike | None = None,
+        label_table: LabelTable | None = None,
     ) -> None:
-        self.name = name
+        self.name, self.label_table = name, label_table
         self.resampling = None if resampling is None else dict(resampling)
         self.values = read_only(_real_samples(values, name))
         self._place(spacing, origin, direction)

@@ -272,7 +272,8 @@ class Application:
         width, height = screen.size
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
-        desk.viewport = Viewport(0, 0, width - round(beside), height)
+        area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
+        desk.viewport = desk.layout.arrange(area, scale, desk.document is not None)
         if width and height:
             pixels, before = screen.pixels, desk.pixels
             right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height

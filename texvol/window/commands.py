@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, editing, exporting, navigation, opening, saving
+from texvol.window import closing, editing, exporting, layout, navigation, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
@@ -47,12 +47,14 @@ def _bring(desk: Desk, tab: str) -> None:
 
 
 _ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
+_ONE_OF["layout"] = ("", *layout.MODES)
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
     "panels": lambda desk, _: _toggle(desk, "panels"),
     "probe": lambda desk, _: _toggle(desk, "probe"),
     "tab": _bring,
     "slices": lambda desk, _: _bring(desk, "Slices"),
+    "layout": lambda desk, mode: desk.layout.become(mode),
     "fullscreen": lambda desk, _: _toggle(desk, "fullscreen"),
     "turning": _turning,
     "open": lambda desk, path: opening.open_file(desk, path) if path else opening.browse_to_open(desk),

@@ -27,6 +27,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
 KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
+KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".label"), "names of labels")
 
 
 class _Words(argparse.ArgumentParser):
@@ -37,7 +38,7 @@ class _Words(argparse.ArgumentParser):
 
 
 def kind_of(path: str) -> str:
-    """Return the kind of a file by its name: "scene", "transfer function", "mesh" or "volume"."""
+    """Return the kind of a file by its name: "scene", "transfer function", "mesh", "names of labels" or "volume"."""
     return KINDS.get(os.path.splitext(path)[1].lower(), "volume")
 
 

@@ -15,6 +15,7 @@ from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
+from texvol.window.layout import Layout
 from texvol.window.loading import Loading
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
@@ -63,6 +64,8 @@ class Desk:
         Rectangle of the picture in the window; `pixels` is its size in pixels.
     waiting : list of Loading
         Files to be read after the current one, in order.
+    layout : Layout
+        Views in the picture area; `viewport` is that of the 3D view.
     questions : list of Question
         Questions that are not yet answered; the last one is shown.
     replaced : Replaced
@@ -99,6 +102,7 @@ class Desk:
     copy: Callable[[str], None]
     preferences: Preferences = field(default_factory=Preferences)
     steering: Steering = field(default_factory=Steering)
+    layout: Layout = field(default_factory=Layout)
     textures: Textures | None = None
     document: Document | None = None
     viewport: Viewport = field(default_factory=lambda: Viewport(0, 0, 1, 1))

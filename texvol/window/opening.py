@@ -12,7 +12,7 @@ from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import contents
+from texvol.window import contents, label_looks
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import with_file, with_own
@@ -34,6 +34,8 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
         desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume))))
     elif kind == "mesh":
         add(desk, path)
+    elif kind == "names of labels":
+        label_looks.take_names(desk, label_looks.number_of_labels(desk), path)
     else:
         size = desk.pixels
         desk.load(path, lambda: opened_file(path, size, options))
@@ -73,7 +75,7 @@ def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
     elif volumes:
         open_all(desk, volumes)
     for path in paths:
-        if contents.kind_of(path) in ("mesh", "transfer function"):
+        if contents.kind_of(path) in ("mesh", "transfer function", "names of labels"):
             open_file(desk, path)
 
 

@@ -79,6 +79,8 @@ def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[
     for key, value in source.items():
         if key not in _NOT_READING_OPTIONS and value is not None:
             found[key] = list(value) if isinstance(value, tuple | list) else value
+    if folder is not None and os.path.isabs(found.get("label_names", "")):
+        found["label_names"] = os.path.relpath(found["label_names"], folder)
     own = source.get("transform")
     # The rotation into the first volume's world is repeated whenever the scene is read.
     turn = spaces.turn(volume.own_space, volume.space)

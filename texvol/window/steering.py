@@ -53,6 +53,7 @@ BINDINGS = (
     Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
     Binding(("i",), "probe", "show value and extinction at the cursor"),
     Binding(("l",), "slices", "show slices"),
+    Binding(("g",), "layout", "slices beside the 3D view, or the 3D view alone"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),
 )

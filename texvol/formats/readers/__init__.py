@@ -40,6 +40,7 @@ def load(
     fix_pyramid: bool = False,
     missing_chunks: bool = False,
     memory: int | None = None,
+    label_names: str | os.PathLike[str] | None = None,
 ) -> Volume:
     """Return the volume of a file, a folder of slices, or a store of chunks.
 
@@ -88,6 +89,9 @@ def load(
         Whether chunks of a store that cannot be read count as missing, instead of being an error.
     memory : int
         Bytes of a store's samples that may be held in memory; half of what is free by default.
+    label_names : str or path
+        Table with names and colours of labels, see `texvol.formats.label_tables`; "none" for none. By default that
+        beside the file, of the same name or the only one in its folder, if it fits the labels.
 
     Returns
     -------
@@ -104,7 +108,7 @@ def load(
     name = os.fspath(path)
     told = Choice(
         shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing,
-        image, level, fix_pyramid, missing_chunks, memory,
+        image, level, fix_pyramid, missing_chunks, memory, None if label_names is None else os.fspath(label_names),
     )  # fmt: skip
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)

@@ -9,6 +9,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
+from texvol.formats import label_tables
 from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
@@ -29,6 +30,8 @@ _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 def checked(name: str, choice: Choice) -> Choice:
     """Return the arguments for the file `name` as readers take them; raise InputError if they contradict each other."""
+    if choice.label_names not in (None, label_tables.NONE):
+        choice = choice._replace(labels=True)  # who names labels has some
     with named_faults(name, "a volume", "formats"):
         missing = marks_of(choice.missing)
         if choice.color and choice.labels:
@@ -54,6 +57,7 @@ def checked(name: str, choice: Choice) -> Choice:
             level=_level(choice.level),
             fix_pyramid=bool(choice.fix_pyramid),
             missing_chunks=bool(choice.missing_chunks),
+            label_names=None if choice.label_names is None else label_tables.absolute(choice.label_names),
         )
 
 
@@ -132,13 +136,17 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
         fields["spacing"] = choice.spacing
     fields["labels"] = choice.labels or samples.labels
     fields |= {"name": public(name), "source": _source(name, choice), "blocks": choice.blocks}
+    fields["label_table"] = label_tables.table_for(name, choice.label_names)
     if not samples.levels:
         return Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
     from texvol.scene.large_volume import LargeVolume
 
     for key in ("values", "resampling", "colors"):
         del fields[key]
-    return LargeVolume(**fields, memory=choice.memory).at_level(choice.level or 0)
+    table = fields.pop("label_table")
+    volume = LargeVolume(**fields, memory=choice.memory)
+    volume.label_table = table
+    return volume.at_level(choice.level or 0)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:

@@ -68,6 +68,7 @@ class Choice(NamedTuple):
     fix_pyramid: bool = False
     missing_chunks: bool = False
     memory: int | None = None
+    label_names: str | None = None
     counting: bool = False
     kept: dict[Any, Any] | None = None
 

@@ -22,7 +22,9 @@ from texvol.window.panels import (
     medium,
     overlay,
     parts,
+    planes,
     slices,
+    tiles,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -44,6 +46,8 @@ assert (*_TABS, "File") == TABS
 
 def show(desk: Desk) -> None:
     """Show the side panel and the dialogs."""
+    tiles.show(desk)
+    tiles.switches(desk)
     if desk.preferences.panels:
         _sidebar(desk)
     if desk.preferences.help:
@@ -64,6 +68,7 @@ def picture(desk: Desk) -> None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
+    planes.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
@@ -106,7 +111,7 @@ def _edge(desk: Desk) -> None:
 
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
-    left = desk.viewport.x + desk.viewport.width
+    left = desk.layout.area.x + desk.layout.area.width
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
     flags = (

@@ -28,8 +28,10 @@ TIPS = {
     "density": "multiplies the extinction of all points",
     "undo": "ctrl-z; beyond the first step, back to the scene before",
     "redo": "ctrl-shift-z",
-    "show all": "show every label",
-    "hide all": "hide every label; then switch some on",
+    "show all": "show every label that is listed",
+    "hide all": "hide every label that is listed",
+    "names …": "names and colours from a file: ITK-SNAP, FreeSurfer, 3D Slicer, FSL, or lines of label and name",
+    "##opacity": "opacity of this label, over the distance of two samples",
     "##shown": "show or hide this label",
     # Scene
     "##color": "colour",
@@ -73,6 +75,17 @@ TIPS = {
     # Slices
     "level": "value that is shown as middle grey",
     "window": "range of values from black to white",
+    "2 x 2": "axial, coronal and sagittal slices beside the 3D view (g)",
+    "3D alone": "the 3D view without slices beside it (g)",
+    "further volumes": "opacity of further volumes over the first one",
+    "outlines in 3D": "where the slices are in the 3D view",
+    "slices in 3D": "the slices themselves in the 3D view",
+    "turn about it": "the 3D view turns about the point of the crosshair",
+    "whole slices": (
+        "zoom and position as at first. In a slice: drag with the left button to move the crosshair, with the middle\n"
+        "button to move the slice, with the right button to change window and level; turn the wheel to go through\n"
+        "the slices, with ctrl to zoom; double click to enlarge it."
+    ),
     # File
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
