@@ -55,7 +55,7 @@ def _look_by(chosen: Mapping[str, Any], volume: Volume) -> Look:
 
 
 def load_look(
-    name: str, volume: Volume, materials: Sequence[str] | None = None, unit_distance: float | None = None
+    name: str, volume: Volume | None, materials: Sequence[str] | None = None, unit_distance: float | None = None
 ) -> Look:
     """Return the look of a preset or colour map, or of a transfer-function file; a file without light is unlit.
 
@@ -65,7 +65,7 @@ def load_look(
         If it is not found, or does not fit the volume.
     """
     medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
-    if name in transfer.PRESETS or (transfer.is_named(name) and not os.path.exists(name)):
+    if volume is not None and not volume_options.is_file(name):
         return look_of(name, volume, materials)
     return _of_file(name, medium, unit_distance)
 

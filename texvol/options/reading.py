@@ -50,6 +50,11 @@ def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool =
     formats += "Gmsh, XDMF, MED, NPY, RAW; OME-Zarr or its URL, Zarr, HDF5, Imaris"
     shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
     parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
+    add_options(parser)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that tell how a volume's file is read."""
     group = parser.add_argument_group("reading the volume")
     for option in READING.values():
         option.add_to(group)

@@ -25,7 +25,7 @@ from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.spaces import turned
-from texvol.scene.transfer import adjusting
+from texvol.scene.transfer import adjusting, color_maps
 from texvol.scene.transfer.foreign import ENDINGS
 from texvol.util import locations
 from texvol.util.errors import InputError
@@ -261,21 +261,28 @@ def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | N
     return transfer_function(chosen["tf"], volume, chosen.get("materials"), chosen.get("unit-distance"))
 
 
+def is_file(name: str) -> bool:
+    """True if `--tf` takes a name for a file's, not for a preset's or colour map's."""
+    endings = (".json", ".toml", *ENDINGS)
+    return name not in transfer.PRESETS and (name.lower().endswith(endings) or os.sep in name or os.path.exists(name))
+
+
 def transfer_function(
     name: str,
-    volume: Volume,
+    volume: Volume | None,
     materials: tuple[str, ...] | None = None,
     unit_distance: float | None = None,
 ) -> TransferFunction:
     """Return the preset, file or colour map `name`, reduced to `materials` if given."""
-    is_file = name.lower().endswith((".json", ".toml", *ENDINGS)) or os.sep in name or os.path.exists(name)
-    if name not in transfer.PRESETS and is_file:
+    if is_file(name):
         return transfer.load(name, volume, materials, unit_distance)
     if unit_distance is not None:
         raise InputError(f"--unit-distance is for files of other programs, got --tf {name}")
     if transfer.is_named(name):
+        if volume is None:
+            raise InputError(f"transfer function {name!r} is relative to a volume: give --volume VOLUME")
         return transfer.preset(name, volume, materials)
-    known = ", ".join(transfer.PRESETS) + did_you_mean(name, transfer.PRESETS)
+    known = ", ".join(transfer.PRESETS) + did_you_mean(name, (*transfer.PRESETS, *color_maps.names()))
     raise InputError(
         f"transfer function {name!r} must be a file such as .json or .toml, the name of a colour map, or a preset; "
         f"presets: {known}"

@@ -27,7 +27,17 @@ def is_color_map(name: str) -> bool:
         return False
     from cmap import Catalog
 
-    return name in Catalog()
+    try:
+        return name in Catalog()
+    except (ValueError, KeyError, TypeError):  # a catalogue does not say no
+        return False
+
+
+def names() -> list[str]:
+    """Return the short names of all colour maps."""
+    from cmap import Catalog
+
+    return sorted(name for name in Catalog().short_keys() if ":" not in name)
 
 
 def extinction(fraction: float) -> float:
@@ -49,8 +59,12 @@ def ramp(name: str) -> list[tuple[float, tuple[float, float, float], float]]:
     if found.interpolation == "nearest":
         raise InputError(f"colour map {name} must be a ramp, got a list of colours, which is for labels")
 
+    # The colours that the library's tables are made of: a call would return one of 256.
+    places = np.asarray(found.color_stops.stops, np.float64)
+    colors = np.asarray(found.color_stops.color_array, np.float64)
+
     def between(low: float, high: float) -> Callable[[float], NDArray[np.float64]]:
-        return lambda value: np.array([*np.asarray(found(float(value)).rgba, np.float64)[:3], 0.0])
+        return lambda value: np.array([*(np.interp(value, places, colors[:, axis]) for axis in range(3)), 0.0])
 
     points = []
     for sample in sampled(np.linspace(0, 1, _KNOTS).tolist(), between, in_extinction):

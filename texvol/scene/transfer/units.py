@@ -71,7 +71,8 @@ class Units:
     def known_volume(self) -> Volume:
         """The volume, or InputError."""
         if self.volume is None:
-            raise InputError("a volume must be given, load(path, volume), since the units depend on it")
+            needed = "a volume must be given, load(path, volume), since the units depend on it"
+            raise InputError(f"{needed} (texvol convert-tf: --volume VOLUME)")
         return self.volume
 
 
