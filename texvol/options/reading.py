@@ -27,6 +27,9 @@ _OPTIONS = (
         "resolution", texts.dimensions, "NX,NY,NZ",
         "samples of the regular grid to which a rectilinear, curvilinear or unstructured grid is resampled",
     ),
+    SceneOption(
+        "resample", bool, "", "resample DICOM slices that are unevenly apart, or of a tilted gantry, at right angles"
+    ),
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),

@@ -40,6 +40,7 @@ def load(
     fix_pyramid: bool = False,
     missing_chunks: bool = False,
     memory: int | None = None,
+    resample: bool = False,
 ) -> Volume:
     """Return the volume of a file, a folder of slices, or a store of chunks.
 
@@ -88,6 +89,10 @@ def load(
         Whether chunks of a store that cannot be read count as missing, instead of being an error.
     memory : int
         Bytes of a store's samples that may be held in memory; half of what is free by default.
+    resample : bool
+        Whether slices of DICOM that are unevenly apart, beside a line, or of a tilted gantry are resampled onto a grid
+        at right angles, with the distance of the nearest slices unless `resolution` says; else these are an error, and
+        a tilt is kept as a shear.
 
     Returns
     -------
@@ -104,7 +109,7 @@ def load(
     name = os.fspath(path)
     told = Choice(
         shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing,
-        image, level, fix_pyramid, missing_chunks, memory,
+        image, level, fix_pyramid, missing_chunks, memory, resample,
     )  # fmt: skip
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)

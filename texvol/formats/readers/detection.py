@@ -149,7 +149,9 @@ def _check_choice(found: str, choice: Choice) -> None:
         raise FileFault(f"is {found}: --series is for the DICOM series of a folder")
     if found not in _WITH_VARIABLES and choice.variable is not None:
         raise FileFault(f"is {found}: --variable is for the variables of {', '.join(_WITH_VARIABLES)}")
-    if found not in RESAMPLED and choice.resolution is not None:
+    if found != "DICOM" and choice.resample:
+        raise FileFault(f"is {found}: --resample is for slices of DICOM")
+    if found not in RESAMPLED and choice.resolution is not None and not choice.resample:
         names = ", ".join(RESAMPLED)
         raise FileFault(f"is {found}, whose samples are on a regular grid: --resolution is for the grids of {names}")
     if found not in _WITH_COLORS and choice.color:

@@ -54,6 +54,7 @@ def checked(name: str, choice: Choice) -> Choice:
             level=_level(choice.level),
             fix_pyramid=bool(choice.fix_pyramid),
             missing_chunks=bool(choice.missing_chunks),
+            resample=bool(choice.resample),
         )
 
 
@@ -107,7 +108,7 @@ def _read(name: str, kind: str, choice: Choice) -> Samples:
     if choice.missing and samples.colors is not None:
         raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
     # Which mark missing samples themselves, before they interpolate, or whenever they read some.
-    if not choice.missing or kind in RESAMPLED or samples.levels:
+    if not choice.missing or kind in RESAMPLED or samples.levels or choice.resample:
         return samples
     values, notes = without_chosen(samples.values, choice)
     return samples._replace(values=values, notes=(*samples.notes, *notes))
@@ -147,7 +148,8 @@ def _source(path: str, choice: Choice) -> dict[str, Any]:
     told["labels"], told["blocks"] = choice.labels or None, choice.blocks or None
     told["missing"] = list(choice.missing) or None
     told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
-    told["fix_pyramid"], told["missing_chunks"] = choice.fix_pyramid or None, choice.missing_chunks or None
+    for name in ("fix_pyramid", "missing_chunks", "resample"):
+        told[name] = told[name] or None
     del told["level"]  # which the volume of that level has
     position = {"path": public(path), "absolute": public(absolute(path))}
     return position | {name: thing for name, thing in told.items() if thing is not None}

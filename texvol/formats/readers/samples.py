@@ -68,6 +68,7 @@ class Choice(NamedTuple):
     fix_pyramid: bool = False
     missing_chunks: bool = False
     memory: int | None = None
+    resample: bool = False
     counting: bool = False
     kept: dict[Any, Any] | None = None
 
