@@ -18,6 +18,8 @@ from texvol.formats.readers.colors import colored, component_axis, is_colored, w
 from texvol.formats.readers.detection import FORMATS, has_preamble
 from texvol.formats.readers.dicom_pixels import pixels_of
 from texvol.formats.readers.dicom_resampling import on_even_slices
+from texvol.formats.readers.dicom_segments import is_segmentation
+from texvol.formats.readers.dicom_segments import read as read_segmentation
 from texvol.formats.readers.dicom_slices import Slice, slices_of
 from texvol.formats.readers.missing import noted, without_chosen, without_where
 from texvol.formats.readers.samples import (
@@ -57,7 +59,10 @@ class _Series(NamedTuple):
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of one series, with slope and intercept applied."""
-    slices = once(choice, "slices", lambda: _slices(path, choice))
+    headers = once(choice, "headers", lambda: _chosen(_series_of(path), choice.series).headers)
+    if len(headers) == 1 and is_segmentation(headers[0][1]):
+        return read_segmentation(*headers[0], choice)
+    slices = once(choice, "slices", lambda: [one for file, header in headers for one in slices_of(file, header)])
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
@@ -81,9 +86,9 @@ def read(path: str, choice: Choice) -> Samples:
     return samples._replace(**_world(first), notes=(*notes, *further, *samples.notes))
 
 
-def _slices(path: str, choice: Choice) -> list[Slice]:
-    series = _chosen(_series_of(path), choice.series)
-    return [one for file, header in series.headers for one in slices_of(file, header)]
+def header_of(file: str) -> Any | None:
+    """Return a DICOM file's header without pixels; None if it is not DICOM or has no image."""
+    return _header(file)
 
 
 def _series_of(path: str) -> list[_Series]:
