@@ -18,6 +18,9 @@ FORMATS = {
     "MetaImage": (".mha", ".mhd"),
     "DICOM": (".dcm", ".dicom", ".ima"),
     "TIFF": (".tif", ".tiff"),
+    "GIPL": (".gipl", ".gipl.gz"),
+    "AFNI": (".head", ".brik", ".brik.gz", ".brik.bz2"),
+    "MINC": (".mnc",),
     "MRC": tuple(f".{ending}{packed}" for ending in ("mrc", "map", "rec", "ccp4", "mrcs", "ali") for packed in _PACKED),
     "VTI": (".vti",),
     "VTR": (".vtr",),
@@ -56,7 +59,6 @@ _REFUSED = (
     ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
     ("VTP (VTK polygons)", (".vtp",), _OTHERS),
     ("NPZ", (".npz",), _OTHERS),
-    ("MINC", (".mnc",), _OTHERS),
     ("PNG", (".png",), _OTHERS),
     ("JPEG", (".jpg", ".jpeg"), _OTHERS),
     ("OpenEXR", (".exr",), _OTHERS),
@@ -66,7 +68,7 @@ _REFUSED = (
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
 _READ_XML |= {"UnstructuredGrid": "VTU", "PUnstructuredGrid": "VTU"}
 _UNREAD_XML = {"PolyData": "VTP (VTK polygons)"}
-_HDF5 = "HDF5"
+_HDF5, _ANALYZE = "HDF5", "Analyze"
 _UNKNOWN = "of no known kind"
 
 # Formats with several variables, and those whose grid may need resampling.
@@ -88,6 +90,10 @@ _MAGIC = (
     (344, b"ni1\0", "NIfTI"),
     (4, b"n+2\0\r\n\x1a\n", "NIfTI"),
     (4, b"ni2\0\r\n\x1a\n", "NIfTI"),
+    (0, b"\x5c\x01\0\0", _ANALYZE),
+    (0, b"\0\0\x01\x5c", _ANALYZE),
+    (252, b"\x2a\xe3\x89\xb8", "GIPL"),
+    (252, b"\xef\xff\xe9\xb0", "GIPL"),
     (208, b"MAP ", "MRC"),
     (208, b"MAP\0", "MRC"),
     (0, b"\x1f\x8b", "gzip"),
@@ -106,6 +112,24 @@ _MAGIC = (
 )
 # Formats whose files are of another kind at their beginning.
 _CONTAINERS = {"netCDF": (_HDF5,), "Exodus": (_HDF5, "netCDF"), "MED": (_HDF5,), "Imaris": (_HDF5,)}
+_CONTAINERS |= {"MINC": (_HDF5, "netCDF"), "NIfTI": (_ANALYZE,)}
+
+
+def located(path: str, choice: Choice) -> tuple[str, Choice]:
+    """Return the file and the choice of FILE::NAME, which is FILE with --variable NAME."""
+    if "::" not in path or is_remote(path) or os.path.exists(path):
+        return path, choice
+    head, _, name = path.partition("::")
+    while name and not os.path.isfile(head):  # a name of a file may have colons, too
+        more, separator, name = name.partition("::")
+        head = f"{head}::{more}"
+        if not separator:
+            return path, choice
+    if not name:
+        return path, choice
+    if choice.variable not in (None, name):
+        raise FileFault(f"names the variable {name}, and --variable another, {choice.variable}: give one of them")
+    return head, choice._replace(variable=name)
 
 
 def reader_of(kind: str) -> str:
@@ -201,6 +225,7 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
         content in _CONTAINERS.get(named, ())
         or lower.endswith((".img", ".img.gz"))
         or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+        or named == "AFNI"  # text, and samples without a mark
     )
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"

@@ -9,7 +9,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, reader_of
+from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, located, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import COUNTED, AxisLength, Choice, FileFault, Samples, TimeSteps
@@ -78,10 +78,11 @@ def read(name: str, choice: Choice) -> Samples:
         If `choice.counting`, and the format may have several steps.
     """
     with named_faults(name, "a volume", "formats"):
-        kind = format_of(name, choice)
+        path, choice = located(name, choice)
+        kind = format_of(path, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
     with named_faults(name, kind, "zarr" if kind in STORES else "formats"), quiet:
-        read_one = partial(_read, name, kind)
+        read_one = partial(_read, path, kind)
         return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
 
 
@@ -117,12 +118,13 @@ def _read(name: str, kind: str, choice: Choice) -> Samples:
 def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
     """Return the field of the file `name` on tetrahedra, without resampling; raises as `read`."""
     with named_faults(name, "an unstructured grid", "formats"):
-        kind = format_of(name, choice)
+        path, choice = located(name, choice)
+        kind = format_of(path, choice)
         if kind not in UNSTRUCTURED:
             raise FileFault(f"is {kind}: tetrahedra are read from {', '.join(UNSTRUCTURED)}")
     with named_faults(name, kind, "formats"), silent_libraries():
         grid: TetrahedralGrid
-        grid, _ = import_module(reader_of(kind)).tetrahedra(name, choice)
+        grid, _ = import_module(reader_of(kind)).tetrahedra(path, choice)
         return grid
 
 
