@@ -9,7 +9,7 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, located, reader_of
+from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, extra_of, format_of, located, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import COUNTED, AxisLength, Choice, FileFault, Samples, TimeSteps
@@ -81,7 +81,7 @@ def read(name: str, choice: Choice) -> Samples:
         path, choice = located(name, choice)
         kind = format_of(path, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
-    with named_faults(name, kind, "zarr" if kind in STORES else "formats"), quiet:
+    with named_faults(name, kind, extra_of(kind)), quiet:
         read_one = partial(_read, path, kind)
         return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
 
