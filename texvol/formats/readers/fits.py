@@ -38,7 +38,8 @@ def read(path: str, choice: Choice) -> Samples:
     from astropy.io import fits
 
     check_survived(lambda: _described(fits, path, choice))
-    with fits.open(path, memmap=_is_plain(path), lazy_load_hdus=True) as file:
+    # Sections are read from the file, mapped or not; scaled ones cannot be mapped.
+    with fits.open(path, memmap=False, lazy_load_hdus=True) as file:
         unit = _chosen(file, choice)
         header = unit.header
         sizes, axes = _axes(header)

@@ -44,6 +44,8 @@ def _form(file: Any, path: str, choice: Choice) -> tuple[Any, dict[str, int], np
         raise FileFault("has no image")
     names = [str(each["name"]) for each in images]
     image = file.get_image(chosen_image(names, choice))
+    if image.offsets[1] <= 0 or sum(image.offsets) > os.path.getsize(path):
+        raise FileFault(f"is truncated: image {image.info['name']} has no pixels, or not all of them")
     depths = {int(each) for each in image.info["bit_depth"]}
     if len(depths) != 1 or not depths <= set(range(1, 17)):
         raise FileFault(f"must have pixels of up to 16 bits, got {', '.join(map(str, sorted(depths)))}")

@@ -22,7 +22,8 @@ from texvol.util.memory import free_memory
 from texvol.util.terminal import library_reason
 
 _PYTHONS = (sys.executable, "/usr/bin/python3")
-_PATIENCE = 120.0  # seconds
+_PATIENCE = 10.0  # seconds, in addition to the time for a file at this many bytes a second
+_BYTES_A_SECOND = 2**23
 _ROOM = 1 << 29  # bytes of the process beside the samples
 _SCRIPT = Path(__file__).with_name("openvdb_process.py")
 
@@ -46,15 +47,15 @@ def read(path: str, choice: Choice) -> Samples:
 
 def _asked(path: str, name: str, samples: str) -> dict[str, Any]:
     """Return what the process says of the grid, whose samples it has written."""
-    room = free_memory()
+    room, seconds = free_memory(), _PATIENCE + os.path.getsize(path) / _BYTES_A_SECOND
     for python in dict.fromkeys(_PYTHONS):
         if not os.path.exists(python):
             continue
         line = [python, "-I", str(_SCRIPT), os.path.abspath(path), name, samples, str(room // 2), str(room + _ROOM)]
         try:
-            done = subprocess.run(line, capture_output=True, timeout=_PATIENCE, check=False)
+            done = subprocess.run(line, capture_output=True, timeout=seconds, check=False)
         except subprocess.TimeoutExpired:
-            raise FileFault(f"is corrupt or too complex: it is not read within {_PATIENCE:g} seconds") from None
+            raise FileFault(f"is corrupt or too complex: it is not read within {seconds:.0f} seconds") from None
         if done.returncode == 3:  # this Python has no such module
             continue
         try:

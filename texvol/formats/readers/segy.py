@@ -28,8 +28,12 @@ def read(path: str, choice: Choice) -> Samples:
     with segyio.open(path, mode="r") as file:
         shape = _shape(path, file)
         pick("ZYX", shape[::-1], choice)
-        cube = segyio.tools.cube(file)  # inlines, crosslines, samples
-        values = np.ascontiguousarray(np.moveaxis(np.asarray(cube).reshape(shape[1], shape[0], shape[2]), 2, 0))
+        traces = np.asarray(file.trace.raw[:])
+        if _is_by_inlines(file):
+            planes = traces.reshape(shape[1], shape[0], shape[2])
+        else:
+            planes = traces.reshape(shape).swapaxes(0, 1)
+        values = np.ascontiguousarray(np.moveaxis(planes, 2, 0))
         grid, notes = _grid(file, shape)
     return Samples(values, **grid, notes=notes)
 
@@ -54,6 +58,13 @@ def _shape(path: str, file: Any) -> tuple[int, int, int]:
     if needed > 4 * os.path.getsize(path):  # samples take a byte or more
         raise FileFault(f"holds {os.path.getsize(path)} bytes, but its {by(shape)} samples need {needed}")
     return shape
+
+
+def _is_by_inlines(file: Any) -> bool:
+    """True if the traces of an inline follow each other."""
+    import segyio
+
+    return bool(file.sorting == segyio.TraceSortingFormat.INLINE_SORTING)
 
 
 def _grid(file: Any, shape: tuple[int, int, int]) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -100,8 +111,7 @@ def _corners(file: Any, shape: tuple[int, int, int]) -> list[NDArray[np.float64]
     fields = segyio.TraceField
     found = []
     for inline, crossline in ((0, 0), (0, shape[0] - 1), (shape[1] - 1, 0), (shape[1] - 1, shape[0] - 1)):
-        is_inline_sorted = file.sorting == segyio.TraceSortingFormat.INLINE_SORTING
-        number = inline * shape[0] + crossline if is_inline_sorted else crossline * shape[1] + inline
+        number = inline * shape[0] + crossline if _is_by_inlines(file) else crossline * shape[1] + inline
         header = file.header[number]
         scalar = int(header[fields.SourceGroupScalar])
         factor = float(scalar) if scalar > 0 else 1.0 / -scalar if scalar < 0 else 1.0
