@@ -47,9 +47,10 @@ def load(
     Parameters
     ----------
     path : str or path
-        NRRD, NIfTI, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), MRC, VTI, VTR, VTS, netCDF,
-        NPY, or raw samples; OME-Zarr and Zarr, also as http://, https:// or s3:// URL, HDF5 and Imaris, which become a
-        `LargeVolume`; an unstructured grid as VTU, Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
+        NRRD, NIfTI, Analyze, AFNI, MINC, GIPL, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), CZI,
+        ND2, LIF, MRC, VTI, VTR, VTS, netCDF, FITS, SEG-Y, OpenVDB, NPY, or raw samples; OME-Zarr and Zarr, also as
+        http://, https:// or s3:// URL, HDF5 and Imaris, which become a `LargeVolume`; an unstructured grid as VTU,
+        Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
     shape : (nx, ny, nz)
         Dimensions of a raw file; of no other, since the others say.
     dtype : str
@@ -65,7 +66,8 @@ def load(
         Which time step, from 0.
     variable : str
         Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars. Which
-        dataset of HDF5, or array of a Zarr group without images.
+        dataset of HDF5, array of a Zarr group without images, image of FITS, or grid of OpenVDB. `path` may end with
+        `::NAME` in its place.
     resolution : (nx, ny, nz)
         Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its
         finest spacing needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
@@ -80,7 +82,8 @@ def load(
         Samples of these values are missing, beside those that the file itself marks: they become NaN, and integers
         float32, or float64 where that has not the digits. Of an array, masked ones are (`numpy.ma.masked_equal`).
     image : str or int
-        Which image of a Zarr store: its name, number or path, such as "labels/nuclei".
+        Which image of a Zarr store: its name, number or path, such as "labels/nuclei"; which scene, position or image
+        of CZI, ND2 and LIF.
     level : int or "auto"
         Level of a store's pyramid that is the finest to be read, from 0; all of them by default.
     fix_pyramid : bool
