@@ -18,6 +18,7 @@ from typing import NoReturn
 import numpy as np
 
 from texvol.cli.convert import add_convert
+from texvol.cli.convert_tf import add_convert_tf
 from texvol.cli.demo import add_demo
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
@@ -48,6 +49,7 @@ _COMMANDS = (
         add_methods,
         add_surface,
         add_convert,
+        add_convert_tf,
         add_demo,
         add_presets,
     ),

@@ -191,6 +191,11 @@ def opacity_factor(text: str) -> float:
     return _number_if(text, lambda value: 0 <= value <= 1e6, "a factor from 0 to 1e6")
 
 
+def positive_length(text: str) -> float:
+    """Return a length in world units."""
+    return _number_if(text, lambda value: 0 < value <= 1e30, "a length above 0")
+
+
 def unit(text: str) -> str:
     """Return the name of a unit."""
     if not re.fullmatch(r"[^\s\x00-\x1f]{1,20}", text.strip()):

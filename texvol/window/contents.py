@@ -23,11 +23,13 @@ from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
+from texvol.scene.transfer import foreign
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
+KINDS = {".toml": "scene"} | dict.fromkeys((".json", *foreign.ENDINGS), "transfer function")
 KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".label"), "names of labels")
+KINDS |= dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
 
 
 class _Words(argparse.ArgumentParser):

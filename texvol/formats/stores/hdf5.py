@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from texvol.formats.readers.child_process import check_survived
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_chunk, once
+from texvol.formats.stores.hdf5_attributes import grid_of, marks_of
 from texvol.formats.stores.placing import layout_of, letters_of
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_chunks, check_sizes, sample_type
 from texvol.scene.large_volume import Level
@@ -94,8 +95,13 @@ def read(path: str, choice: Choice) -> Samples:
     dataset, note = once(choice, "dataset", lambda: _chosen(file, choice.variable))
     names = _names(dataset)
     layout = layout_of(letters_of(names), dataset.shape, choice, [each or "-" for each in names])
-    reading = Reading(path, tuple(choice.missing), bool(choice.missing_chunks))
-    return Samples.of_levels((Level(Hdf5Source.of(dataset, layout, "level 0", reading)),), notes=note)
+    with LOCK:
+        grid, notes = grid_of(dataset, layout)
+        marks = () if choice.labels else marks_of(dataset)
+    reading = Reading(path, (*choice.missing, *marks), bool(choice.missing_chunks))
+    return Samples.of_levels(
+        (Level(Hdf5Source.of(dataset, layout, "level 0", reading)),), **grid, notes=(*note, *notes)
+    )
 
 
 def _chosen(file: Any, wanted: str | None) -> tuple[Any, tuple[str, ...]]:

@@ -139,9 +139,13 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
 
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
+        cls,
+        path: str | os.PathLike[str],
+        volume: Volume | None = None,
+        materials: Sequence[str] | None = None,
+        unit_distance: float | None = None,
     ) -> TransferFunction:
-        """Read a JSON or TOML file.
+        """Read a JSON or TOML file, or that of another program.
 
         Parameters
         ----------
@@ -149,6 +153,9 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
             Needed if the file speaks of percentiles, range, matter, box, voxels or relative gradients.
         materials : sequence of str, optional
             Names of the materials to show. The others are left out, but for contours and boundaries that refer to them.
+        unit_distance : float, optional
+            Length that opacities of another program's file belong to, in world units; by default the file's own, or
+            that program's.
 
         Raises
         ------
@@ -158,7 +165,7 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
         """
         from texvol.scene.transfer import files
 
-        return cls.from_content(files.read_content(path), os.fspath(path), volume, materials)
+        return cls.from_content(files.read_content(path, unit_distance), os.fspath(path), volume, materials)
 
     @classmethod
     def loads(

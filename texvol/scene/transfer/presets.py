@@ -16,7 +16,7 @@ import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
 from texvol.scene.channel import Channel
-from texvol.scene.transfer import histogram
+from texvol.scene.transfer import color_maps, histogram
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.pieces import LARGEST_VALUE
@@ -177,7 +177,7 @@ PRESETS: tuple[str, ...] = (
 
 
 def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
-    """The preset `name` in the units of `volume`.
+    """The preset or colour map `name` in the units of `volume`.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         If there is no such preset; the message lists them. If it has no such materials; the message lists those.
         If the volume is of labels, which no preset is for.
     """
-    if name not in PRESETS:
+    if not is_named(name):
         raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}{did_you_mean(name, PRESETS)}")
     if volume.labels:
         raise InputError(
@@ -206,6 +206,8 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         return _from_points(_two_signs(volume), volume, "data", name)
     if name == _FLUORESCENCE:
         return replace(channel_function(volume, Channel(1)), name=name)
+    if name not in PRESETS:
+        return _from_points(color_maps.ramp(name), volume, "matter", name)
     if name not in _CT:
         return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
     in_hounsfield = _is_hounsfield(volume)
@@ -213,6 +215,11 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         (value if in_hounsfield else fraction, color, extinction) for value, fraction, color, extinction in _CT[name]
     ]
     return _from_points(points, volume, "data" if in_hounsfield else "matter", name)
+
+
+def is_named(name: str) -> bool:
+    """True if `name` is a preset, or a colour map of the library of colour maps."""
+    return name in PRESETS or color_maps.is_color_map(name)
 
 
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
@@ -372,4 +379,4 @@ def _ramp(name: str) -> list[Point]:
 
     fractions = np.linspace(0, 1, 17)
     colors = linear_from_srgb(np.asarray(Colormap(name)(fractions))[:, :3])
-    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(fractions, colors, strict=True)]
+    return [(float(s), tuple(c), color_maps.extinction(float(s))) for s, c in zip(fractions, colors, strict=True)]

@@ -14,8 +14,8 @@ from texvol.util.statistics import percentile_of_sorted
 
 CHOICES = {
     "values": ("data", "percentile", "range", "matter"),
-    "length": ("world", "box", "spacing"),
-    "gradients": ("data", "relative"),
+    "length": ("world", "box", "spacing", "cell"),
+    "gradients": ("data", "relative", "voxel"),
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
 _FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
@@ -55,6 +55,8 @@ class Units:
             return 1.0
         if self.length == "spacing":
             return 1.0 / self.known_volume.smallest_spacing
+        if self.length == "cell":
+            return 1.0 / _mean_cell(self.known_volume)
         return 1.0 / float(np.linalg.norm(self.known_volume.box_edges, axis=0).mean())
 
     @property
@@ -62,6 +64,8 @@ class Units:
         """Factor of gradient magnitudes; positive."""
         if self.gradients == "data":
             return 1.0
+        if self.gradients == "voxel":
+            return 1.0 / float(self.known_volume.spacing.mean())
         low, high = self.known_volume.finite_range or (0.0, 0.0)
         spacing = self.known_volume.smallest_spacing
         return max(high / spacing - low / spacing, 1e-300)
@@ -70,8 +74,16 @@ class Units:
     def known_volume(self) -> Volume:
         """The volume, or InputError."""
         if self.volume is None:
-            raise InputError("a volume must be given, load(path, volume), since the units depend on it")
+            needed = "a volume must be given, load(path, volume), since the units depend on it"
+            raise InputError(f"{needed} (texvol convert-tf: --volume VOLUME)")
         return self.volume
+
+
+def _mean_cell(volume: Volume) -> float:
+    """Mean edge of the cells between samples: the diagonal over the cube root of their number, as ParaView's."""
+    cells = np.maximum(np.array(volume.dimensions) - 1, 0)
+    diagonal = float(np.linalg.norm(cells * volume.spacing))
+    return diagonal / float(np.cbrt(np.prod(np.maximum(cells, 1), dtype=np.float64))) or volume.smallest_spacing
 
 
 def typical_samples(volume: Volume) -> NDArray[np.float64]:
