@@ -19,6 +19,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
@@ -80,6 +81,9 @@ class Volume(KeepsArrays):
         If there are not three axes, no samples, a type that is not real, or no volume to speak of; if labels are not
         whole, or colours not one for each sample.
     """
+
+    channel: Channel | None = None  # of the `channels` of an image; readers set both
+    channels: tuple[Channel, ...] = ()
 
     def __init__(
         self,

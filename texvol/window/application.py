@@ -12,7 +12,7 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, timings
+from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, playing, timings
 from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
@@ -163,6 +163,7 @@ class Application:
         self._arrange()
         desk.update()
         freeing.limit(desk)
+        playing.follow(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)
@@ -183,11 +184,12 @@ class Application:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""
         desk, plan = self._desk, self._plan
         since = self._screen.time - self._last
-        playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
-        playing &= plan.player is None or not plan.player.waits or self._at_rest
-        if playing or desk.steering.dragging or self._lively > 0:
+        counting = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
+        counting &= plan.player is None or not plan.player.waits or self._at_rest
+        if counting or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
-        waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
+        waits = [_IDLE, desk.director.next_due(desk.now), desk.times.due(desk.now)]
+        waits += [each.until - desk.now for each in desk.messages]
         if plan.player is not None and plan.player.waits:  # for rest: each check takes CPU time from the refiner
             waits.append(0.1)
         elif desk.loading is not None or desk.writing is not None or plan.player is not None:
@@ -238,7 +240,7 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        return desk.director.at_rest and desk.loading is None and desk.writing is None
+        return desk.director.at_rest and desk.loading is None and desk.writing is None and not desk.times.pending
 
     @property
     def _begun(self) -> bool:

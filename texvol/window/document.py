@@ -17,16 +17,19 @@ import numpy as np
 
 from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.window.first_choice import with_choice
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, on_content
 from texvol.window.own_files import Mark, marks_of_scene
-from texvol.window.stand_in import stand_in, with_stand_ins
-from texvol.window.switched import Off
+from texvol.window.stand_in import in_memory, stand_in, with_stand_ins
+from texvol.window.stepped import Stepper
+from texvol.window.switched import NOTHING_OFF, Off
 
 _LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
@@ -59,6 +62,7 @@ class Saved(NamedTuple):
     scene: Scene
     showing: Showing
     size: tuple[int, int]
+    hidden: tuple[tuple[int, AddedVolume], ...] = ()
 
 
 class State(NamedTuple):
@@ -126,20 +130,21 @@ class Document:
     """
 
     def __init__(
-        self, scene: Scene, origin: Origin, showing: Showing | None = None, size: tuple[int, int] | None = None
-    ) -> None:
+        self, scene: Scene, origin: Origin, showing: Showing | None = None, size: tuple[int, int] | None = None,
+        off: Off = NOTHING_OFF,
+    ) -> None:  # fmt: skip
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
         self.home: Home | None = None
         self._size = size
         self.view = View.of(scene.camera)
-        self.history = History(State(scene))
+        self.history = History(State(scene, off))
         self.marks: dict[str, Mark | None] = {}  # of the scene's files, as they were read
         self.scene = scene
-        self._opened = scene, self.showing
+        self._opened = scene, self.showing, off.volumes
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
-        for volume in scene.volumes:
+        for volume in (*scene.volumes, *(each.volume for _, each in off.volumes)):
             self.histogram(volume)
 
     def histogram(self, volume: Volume) -> Histogram:
@@ -148,12 +153,19 @@ class Document:
             self._histograms[volume] = histogram_of(volume)
         return self._histograms[volume]
 
+    def adopt(self, new: Volume, old: Volume) -> None:
+        """Give a volume of like values the histogram of another one: its own would take longer than a frame."""
+        if old in self._histograms:
+            self._histograms.setdefault(new, self._histograms[old])
+
     @property
     def unsaved(self) -> bool:
         """True if anything but the view has changed since the scene was opened or saved."""
-        scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
+        saved = self.saved
+        scene, showing, hidden = self._opened if saved is None else (saved.scene, saved.showing, saved.hidden)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
+        same = showing == self.showing and hidden == self.off.volumes
+        return not same or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
 
     @property
     def name(self) -> str:
@@ -220,6 +232,19 @@ class Document:
         self.history.change(State(scene, self.off if off is None else off), stroke)
         self._become(scene)
 
+    def at_step(self, found: Mapping[Volume, Volume]) -> None:
+        """Replace volumes by those of another time step, everywhere: no step of the history, and no unsaved change."""
+        history, of = self.history, Stepper(found).scene
+        for states in (history.past, history.future):
+            states[:] = [State(of(each.scene), each.off) for each in states]
+        history.now = State(of(history.now.scene), history.now.off)
+        self._opened = (of(self._opened[0]), *self._opened[1:])
+        if self.saved is not None:
+            self.saved = self.saved._replace(scene=of(self.saved.scene))
+        for old, new in found.items():
+            self.adopt(new, old)
+        self.scene = of(self.scene)
+
     def show(self, **parts: Any) -> None:
         """Change parts of the presentation."""
         self.showing = replace(self.showing, **parts)
@@ -244,21 +269,35 @@ class Document:
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     """Return the document of options from the command line and the scene file; the volume is read.
 
+    A file of several time steps is opened at the first one, and vectors are shown by their length.
+
     Raises
     ------
     InputError
-        In the cases in which `texvol render` raises it.
+        In all other cases in which `texvol render` raises it.
     """
+    try:
+        return _opened(arguments, size)
+    except InputError:
+        told = with_choice(arguments)
+        if told is None:
+            raise
+    return _opened(told, size)
+
+
+def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     marks = marks_of_scene(arguments.scene)  # before the file is read: what changes meanwhile is of others
     options = SceneOptions(arguments)
     if options.has_depth_in:
         raise InputError("--depth-in is of a single view: leave it out of a window")
     options.size = size
-    scene = with_stand_ins(options.scene(stand_in(options.load()), in_8_bits=True))
+    first = stand_in(options.load())
+    scene = with_stand_ins(options.scene(first, in_8_bits=True))
+    off = Off(volumes=tuple((position, in_memory(each)) for position, each in options.hidden(first)))
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
-    document = Document(scene, origin, showing, size)
+    document = Document(scene, origin, showing, size, off)
     document.marks = marks
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
@@ -59,6 +60,8 @@ def read(path: str, choice: Choice) -> Samples:
     axes = _axes(header, sizes)
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
+    axes = _with_channels(header, axes)
+    choice = with_first(axes, sizes[::-1], choice)
     index = pick(axes, sizes[::-1], choice)
     named = _field(header, "data file", None)
     files = data_files(_stored(header, sizes), path, offset, named, listed)
@@ -71,7 +74,18 @@ def read(path: str, choice: Choice) -> Samples:
         return Samples(**grid, **colored(values, axes, index, said))
     marks = parsed(str(header[key]) for key in _MARKS if key in header)
     marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
-    return Samples(marked, **grid, notes=notes)
+    channels = described(axes, sizes[::-1])
+    channel = channels[choice.channel] if channels and choice.channel is not None else None
+    notes = (*note(channels, choice.channel), *notes)
+    return Samples(marked, **grid, notes=notes, channels=channels, channel=channel)
+
+
+def _with_channels(header: Mapping[str, Any], axes: str) -> str:
+    """Return the axes with channels in place of a vector of whole numbers: components of true vectors are floats."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])][::-1]
+    if str(header["type"]).lower() in ("float", "double") or len(kinds) != len(axes):
+        return axes
+    return "".join("C" if pair == ("?", "vector") else pair[0] for pair in zip(axes, kinds, strict=True))
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:

@@ -23,6 +23,7 @@ from texvol.window.panels import (
     overlay,
     parts,
     slices,
+    timebar,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -49,6 +50,7 @@ def show(desk: Desk) -> None:
     if desk.preferences.help:
         overlay.keys(desk)
     empty.show(desk)
+    timebar.show(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
