@@ -22,7 +22,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.window.first_choice import with_choice
+from texvol.window.first_choice import opened_with
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, on_content
@@ -276,13 +276,7 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     InputError
         In all other cases in which `texvol render` raises it.
     """
-    try:
-        return _opened(arguments, size)
-    except InputError:
-        told = with_choice(arguments)
-        if told is None:
-            raise
-    return _opened(told, size)
+    return opened_with(lambda told: _opened(told, size), arguments)
 
 
 def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:

@@ -23,10 +23,15 @@ def play(desk: Desk) -> None:
     """Play the time steps, or pause."""
     times = desk.times
     if not times.has_steps:
-        desk.say("there is one time step only")
+        _say_none(desk)
         return
     times.playing = not times.playing
     times.shown.clear()
+
+
+def _say_none(desk: Desk) -> None:
+    counting = desk.times.pending
+    desk.say("the time steps are still being counted" if counting else "there is one time step only")
 
 
 def go(desk: Desk, words: str) -> None:
@@ -44,7 +49,7 @@ def step(desk: Desk, words: str) -> None:
     """
     times = desk.times
     if not times.has_steps:
-        desk.say("there is one time step only")
+        _say_none(desk)
         return
     times.playing = False
     named = {"first": 0, "last": times.count - 1}

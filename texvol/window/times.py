@@ -49,6 +49,7 @@ class Times:
     _volumes: tuple[Volume, ...] = ()
     _tracks: dict[str, list[Volume]] = field(default_factory=dict)
     _asked: tuple[object, ...] = ()
+    _counted: bool = False
 
     @property
     def has_steps(self) -> bool:
@@ -57,8 +58,8 @@ class Times:
 
     @property
     def pending(self) -> bool:
-        """True while the wanted step is being read."""
-        return self.has_steps and self.wanted != self.step and self._document is not None
+        """True while the wanted step is being read, or the steps are being counted."""
+        return self.ahead is not None and (self.wanted != self.step or not self._counted)
 
     @property
     def time(self) -> str:
@@ -140,7 +141,8 @@ class Times:
         """Learn the number of steps: that of the longest series; shorter ones stay as they are."""
         assert self.ahead is not None
         known = {key: self.ahead.lengths.get(key) for key in self._tracks}
-        if None in known.values() or not known:
+        self._counted = None not in known.values()
+        if not self._counted or not known:
             return
         self.count = max(each or 1 for each in known.values())
         self._tracks = {key: each for key, each in self._tracks.items() if known[key] == self.count}

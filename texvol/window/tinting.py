@@ -52,12 +52,16 @@ def tint_of(medium: TransferFunction) -> Tint:
 
 def brightest(medium: TransferFunction) -> Color:
     """Return the colour of the point that shows most, with a brightest component of 1 where the medium emits."""
-    colors = medium.colors
-    amounts = colors.max(axis=1) * (1.0 if medium.emissive else medium.extinctions > 0)
-    color = colors[int(amounts.argmax())]
+    shown = medium.colors[medium.extinctions > 0] if not medium.emissive else medium.colors
+    emitted = [*(each.emissions for each in medium.graded), *(np.array([each.emission]) for each in medium.contours)]
+    is_amount = medium.glows or not len(shown)
+    if not len(shown) and emitted:
+        shown = np.concatenate(emitted)
+    if not len(shown):
+        return 0.0, 0.0, 0.0
+    color = shown[int(shown.max(axis=1).argmax())]
     peak = float(color.max())
-    is_amount = medium.glows or peak > 1
-    return triple(np.clip(color / peak, 0, 1)) if is_amount and peak > 0 else triple(np.clip(color, 0, 1))
+    return triple(np.clip(color / peak if is_amount and peak > 0 else color, 0, 1))
 
 
 def tinted(medium: TransferFunction, color: Color) -> TransferFunction:

@@ -46,6 +46,9 @@ _SPACES = {
 # Kinds of axes of space in the format's definition; all kinds but these and time are components.
 _SPATIAL_KINDS = ("domain", "space")
 
+# Ends of the names of kinds of components.
+_OF_COMPONENTS = ("vector", "gradient", "normal", "matrix", "color", "complex", "quaternion")
+
 # Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
 _COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
 
@@ -60,8 +63,9 @@ def read(path: str, choice: Choice) -> Samples:
     axes = _axes(header, sizes)
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
-    axes = _with_channels(header, axes)
-    choice = with_first(axes, sizes[::-1], choice)
+    axes = _with_components(header, axes)
+    holds_channels = _holds_channels(header)
+    choice = with_first(axes, sizes[::-1], choice) if holds_channels else choice
     index = pick(axes, sizes[::-1], choice)
     named = _field(header, "data file", None)
     files = data_files(_stored(header, sizes), path, offset, named, listed)
@@ -74,18 +78,25 @@ def read(path: str, choice: Choice) -> Samples:
         return Samples(**grid, **colored(values, axes, index, said))
     marks = parsed(str(header[key]) for key in _MARKS if key in header)
     marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
-    channels = described(axes, sizes[::-1])
+    channels = described(axes, sizes[::-1]) if holds_channels else ()
     channel = channels[choice.channel] if channels and choice.channel is not None else None
     notes = (*note(channels, choice.channel), *notes)
     return Samples(marked, **grid, notes=notes, channels=channels, channel=channel)
 
 
-def _with_channels(header: Mapping[str, Any], axes: str) -> str:
-    """Return the axes with channels in place of a vector of whole numbers: components of true vectors are floats."""
+def _with_components(header: Mapping[str, Any], axes: str) -> str:
+    """Return the axes with "C" for those whose kind is one of components, which are no time steps."""
     kinds = [str(kind).lower() for kind in header.get("kinds", [])][::-1]
-    if str(header["type"]).lower() in ("float", "double") or len(kinds) != len(axes):
+    if len(kinds) != len(axes):
         return axes
-    return "".join("C" if pair == ("?", "vector") else pair[0] for pair in zip(axes, kinds, strict=True))
+    named = zip(axes, kinds, strict=True)
+    return "".join("C" if axis == "?" and kind.endswith(_OF_COMPONENTS) else axis for axis, kind in named)
+
+
+def _holds_channels(header: Mapping[str, Any]) -> bool:
+    """True if what is called a vector holds channels: whole numbers; components of true vectors are floats."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])]
+    return "vector" in kinds and str(header["type"]).lower() not in ("float", "double")
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:

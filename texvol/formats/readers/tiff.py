@@ -66,7 +66,7 @@ def _file(path: str, choice: Choice) -> Samples:
         said = _color_name(series.keyframe)
         at = component_axis(series.axes, sizes, "S") if "S" in series.axes else component_axis(axes, sizes)
         axes = with_color(axes, sizes, at, choice, said)
-        choice = with_first(axes, sizes, choice)
+        choice = choice if said else with_first(axes, sizes, choice)  # red, green and blue are no channels
         index = pick(axes, sizes, choice)
         chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
         check_size([chosen], dtype.itemsize)
@@ -77,7 +77,7 @@ def _file(path: str, choice: Choice) -> Samples:
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
         marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
         told = channels_of(tif, dict(zip(axes, sizes, strict=True)).get("C", 1))
-        channels = described(axes, sizes, told)
+        channels = told if said else described(axes, sizes, told)
         channel = channels[choice.channel] if channels and choice.channel is not None else None
         notes = (*note(channels, choice.channel), *notes)
         return Samples(marked, **more, notes=notes, channels=channels, channel=channel)

@@ -26,6 +26,7 @@ def show(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
             opening.browse_for_mask(desk, volume)
         imgui.set_item_tooltip("show only a segmented part, or multiply the opacity by weights, on the volume's grid")
         return
+    imgui.new_line()
     imgui.text_unformatted("mask: " + shortened(os.path.basename(mask.name), _LETTERS))
     imgui.set_item_tooltip(mask.name)
     imgui.same_line()

@@ -45,16 +45,17 @@ def _volume(desk: Desk, document: Document, found: list[Entry], number: int, ent
         on = parts.switch("as labels", volume.labels)
         if on != volume.labels and desk.loading is None:
             desk.attempt(lambda: list_editing.set_labels(desk, document, number, on))
-        imgui.same_line(imgui.get_content_region_avail().x / 2)
-    if entry.shown and composite:
-        if imgui.button("transfer function"):
-            desk.panel_state["volume"] = volume_list.number_among_shown(found, number)
-            commands.run(desk, "tab Medium")
-        imgui.set_item_tooltip("edit the transfer function of this volume")
-    else:
-        imgui.new_line()
+        if entry.shown:
+            imgui.same_line()
     if entry.shown:
-        masks.show(desk, document.scene, volume, volume_list.number_among_shown(found, number))
+        among = volume_list.number_among_shown(found, number)
+        if composite:
+            if imgui.button("transfer function"):
+                desk.panel_state["volume"] = among
+                commands.run(desk, "tab Medium")
+            imgui.set_item_tooltip("edit the transfer function of this volume")
+            imgui.same_line()
+        masks.show(desk, document.scene, volume, among)
     opened = imgui.tree_node("spacing and transform")
     imgui.set_item_tooltip("distance of the samples, and where the volume lies in the world")
     if opened:
