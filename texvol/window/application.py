@@ -12,15 +12,17 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, playing, timings
+from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
+from texvol.window.playing import follow as follow_time
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
+from texvol.window.reframing import follow as follow_box
 from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport
@@ -163,7 +165,8 @@ class Application:
         self._arrange()
         desk.update()
         freeing.limit(desk)
-        playing.follow(desk)
+        follow_time(desk)
+        follow_box(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)

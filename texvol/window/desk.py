@@ -108,6 +108,7 @@ class Desk:
     loading: Loading | None = None
     waiting: list[Loading] = field(default_factory=list)
     times: Times = field(default_factory=Times)
+    search: Any = None  # for what shows, see `texvol.window.reframing`
     questions: list[Question] = field(default_factory=list)
     replaced: Replaced = field(default_factory=Replaced)
     has_replaced: bool = False

@@ -31,6 +31,7 @@ from texvol.window.stand_in import in_memory, stand_in, with_stand_ins
 from texvol.window.stepped import Stepper
 from texvol.window.switched import NOTHING_OFF, Off
 
+_QUICK = 1 << 21  # samples of scenes that are framed at once; of more it takes longer than a frame
 _LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
 
@@ -127,6 +128,8 @@ class Document:
         Scene with the camera of the view; the same object until something changes.
     view : View
     history : History
+    unframed : bool
+        True if the box of the scene has changed, and the home view is still that of the former box.
     """
 
     def __init__(
@@ -137,6 +140,7 @@ class Document:
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
         self.home: Home | None = None
+        self.unframed = False
         self._size = size
         self.view = View.of(scene.camera)
         self.history = History(State(scene, off))
@@ -216,9 +220,12 @@ class Document:
         """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
         self._size = size
         if self.home is not None and self.at_home:
-            view = on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1])
-            self.look(view)
-            self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
+            self.take_home(on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1]), size)
+
+    def take_home(self, view: View, size: tuple[int, int]) -> None:
+        """Look at the scene in a home view that frames it in a picture of `size` pixels."""
+        self.look(view)
+        self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
     def change(self, stroke: str | None = None, off: Off | None = None, **parts: Any) -> None:
         """Change parts of the scene, by name, and what is switched off.
@@ -262,7 +269,11 @@ class Document:
         before, self.scene = self.scene, scene
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
-            if not np.array_equal(one, other):
+            if np.array_equal(one, other):
+                return
+            if self.at_home and sum(volume.size for volume in scene.volumes) > _QUICK:
+                self.unframed = True
+            else:
                 self.fit(self._size)
 
 

@@ -67,4 +67,4 @@ def opened_with(make: Callable[[argparse.Namespace], T], arguments: argparse.Nam
     except InputError:
         options = SceneOptions(arguments)
         path, told = options.volume, options.told
-    return made(lambda further: make(argparse.Namespace(**vars(arguments) | further)), path, told)
+    return made(lambda further: make(argparse.Namespace(**{**vars(arguments), **further})), path, told)
