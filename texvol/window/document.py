@@ -25,7 +25,7 @@ from texvol.util.errors import InputError
 from texvol.window.first_choice import opened_with
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
-from texvol.window.navigation import View, on_content
+from texvol.window.navigation import View, has_time, on_content
 from texvol.window.own_files import Mark, marks_of_scene
 from texvol.window.stand_in import in_memory, stand_in, with_stand_ins
 from texvol.window.stepped import Stepper
@@ -306,6 +306,8 @@ def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     document.marks = marks
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
+        if has_time(scene):
+            document.fit(size)
     return document
 
 
