@@ -34,6 +34,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "or twice that of post, and it is no dearer; else post",
             ),
             *POSITION,
+            SceneOption(
+                "space", texts.space, "NAME",
+                "directions of the world's axes, such as left-posterior-superior, into which the volume is turned; its "
+                "file must name its own",
+            ),
             SceneOption("size", texts.size, "WxH", "pixels (512x512); one number is a square"),
             SceneOption(
                 "background", texts.color, "COLOR",

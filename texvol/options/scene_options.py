@@ -34,6 +34,7 @@ from texvol.options.groups import GROUPS, SCENE_OPTIONS
 from texvol.options.looks import look_by
 from texvol.options.volumes import AddedChoice
 from texvol.scene import orbit as turning
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import Air, air_in_8_bits
 from texvol.scene.camera import Camera
 from texvol.scene.framing import ViewChoice, framed, zoomed
@@ -42,6 +43,7 @@ from texvol.scene.looks import Look, seen_as
 from texvol.scene.proportions import in_proportion
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.scene.volume_order import without_first
 from texvol.util import locations, text_files
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -131,6 +133,12 @@ class SceneOptions:
         return str(path)
 
     @property
+    def told(self) -> dict[str, Any]:
+        """Arguments of `texvol.load` that say how the volume is read; raise InputError for all time steps."""
+        spacing = {} if self.spacing is None else {"spacing": self.spacing}
+        return reading.told(self._reading) | spacing
+
+    @property
     def all_times(self) -> bool:
         """True if all time steps are drawn."""
         return self._reading.get("time") == texts.ALL
@@ -203,9 +211,28 @@ class SceneOptions:
         return volume_options.placed(volume, self._chosen)
 
     @cached_property
-    def _further(self) -> tuple[Volume, ...]:
-        """Further volumes as stored in their files."""
-        return tuple(each.load() for each in self._chosen.get("add", ()))
+    def _further(self) -> tuple[tuple[int, AddedChoice, Volume], ...]:
+        """Further volumes that are not hidden, as stored in their files, with their numbers."""
+        adds = enumerate(self._chosen.get("add", ()))
+        return tuple((number, each, each.load()) for number, each in adds if not each.hidden)
+
+    def hidden(self, volume: Volume) -> tuple[tuple[int, AddedVolume], ...]:
+        """Return the hidden volumes, read now, with their positions among all volumes; `volume` is the first one."""
+        before, found = len(self._channels), []
+        if self._hides_first:
+            medium = look_by(self._chosen, volume).transfer_function
+            found.append((0, AddedVolume(volume, medium, volume_options.masked(self._chosen, volume))))
+        for number, each in enumerate(self._chosen.get("add", ()), before):
+            if each.hidden:
+                found.append((number + 1, each.added_to(volume, each.load(), number)))
+        return tuple(found)
+
+    @property
+    def _hides_first(self) -> bool:
+        hides = bool(self._chosen.get("hidden"))
+        if hides and self.mode != "composite":
+            raise InputError(f"--hidden needs mode composite, got mode {self.mode}")
+        return hides
 
     def series(self) -> TimeSeries:
         """Return all time steps of the volume, not yet `placed`."""
@@ -234,8 +261,10 @@ class SceneOptions:
         is only the light that options ask for, for what cannot draw light.
         """
         chosen = self._chosen
-        further = (*self._channels, *zip(chosen.get("add", ()), self._further, strict=True))
-        added = tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
+        before = len(self._channels)
+        further = [(number, *each) for number, each in enumerate(self._channels)]
+        further += [(before + number, choice, each) for number, choice, each in self._further]
+        added = tuple(choice.added_to(volume, each, number) for number, choice, each in further)
         scene = Scene(
             volume,
             classification=chosen.get("classification", Scene.classification),
@@ -253,6 +282,9 @@ class SceneOptions:
             added=added,
             depth=chosen["depth-in"].load() if "depth-in" in chosen else None,
         )
+        if self._hides_first:
+            scene = without_first(scene)
+            adapting_to = None
         seen = scene if adapting_to is None else replace(scene, volume=adapting_to, mask=None)
         return replace(scene, camera=self._camera(seen, orbit))
 

@@ -24,7 +24,7 @@ from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
-from texvol.scene.spaces import turned
+from texvol.scene.spaces import letters_of_space, turned
 from texvol.scene.transfer import adjusting, color_maps
 from texvol.scene.transfer.foreign import ENDINGS
 from texvol.util import locations
@@ -68,6 +68,7 @@ LOOK = (
         "colour and opacity of labels: LABEL=OPACITY, LABEL=#RRGGBB or LABEL=#RRGGBB:OPACITY separated by commas, "
         "*=OPACITY for all other labels; opacity is per smallest spacing",
     ),
+    SceneOption("hidden", bool, "", "the volume is not drawn, and stays in the window's list of volumes (default: no)"),
 )  # fmt: skip
 POSITION = (
     SceneOption("unit", texts.unit, "NAME", "name of the world unit, such as mm, overrides the file's"),
@@ -94,6 +95,11 @@ class AddedChoice:
 
     file: str
     chosen: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def hidden(self) -> bool:
+        """True if the volume is not drawn."""
+        return bool(self.chosen.get("hidden"))
 
     def load(self) -> Volume:
         """Return the volume as stored in its file.
@@ -218,7 +224,18 @@ def check_look(chosen: Mapping[str, Any]) -> None:
 
 
 def placed(volume: Volume, chosen: Mapping[str, Any]) -> Volume:
-    """Return the volume moved by --transform, with --unit."""
+    """Return the volume turned by --space and moved by --transform, with --unit.
+
+    Raises
+    ------
+    InputError
+        If --space is given for a file that names no directions of the body.
+    """
+    if "space" in chosen:
+        if letters_of_space(volume.space) is None:
+            named = volume.space or "none"
+            raise InputError(f"{volume.name}: --space needs a file that names directions of the body, got {named}")
+        volume = turned(volume, chosen["space"])
     volume = volume.moved(chosen["transform"].matrix()) if "transform" in chosen else volume
     return volume.with_unit(chosen["unit"]) if "unit" in chosen else volume
 

@@ -19,6 +19,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
 from texvol.scene.interchanged import Interchanged
 from texvol.scene.label_table import LabelTable
 from texvol.util.errors import InputError
@@ -87,6 +88,8 @@ class Volume(KeepsArrays, Interchanged):
     """
 
     label_table: LabelTable | None = None
+    channel: Channel | None = None  # of the `channels` of an image; readers set both
+    channels: tuple[Channel, ...] = ()
 
     def __init__(
         self,

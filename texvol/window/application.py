@@ -19,8 +19,10 @@ from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
+from texvol.window.playing import follow as follow_time
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
+from texvol.window.reframing import follow as follow_box
 from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport
@@ -163,6 +165,8 @@ class Application:
         self._arrange()
         desk.update()
         freeing.limit(desk)
+        follow_time(desk)
+        follow_box(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)
@@ -183,11 +187,12 @@ class Application:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""
         desk, plan = self._desk, self._plan
         since = self._screen.time - self._last
-        playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
-        playing &= plan.player is None or not plan.player.waits or self._at_rest
-        if playing or desk.steering.dragging or self._lively > 0:
+        counting = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
+        counting &= plan.player is None or not plan.player.waits or self._at_rest
+        if counting or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
-        waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
+        waits = [_IDLE, desk.director.next_due(desk.now), desk.times.due(desk.now)]
+        waits += [each.until - desk.now for each in desk.messages]
         if plan.player is not None and plan.player.waits:  # for rest: each check takes CPU time from the refiner
             waits.append(0.1)
         elif desk.loading is not None or desk.writing is not None or plan.player is not None:
@@ -238,7 +243,7 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        return desk.director.at_rest and desk.loading is None and desk.writing is None
+        return desk.director.at_rest and desk.loading is None and desk.writing is None and not desk.times.pending
 
     @property
     def _begun(self) -> bool:

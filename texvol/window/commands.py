@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, editing, exporting, layout, navigation, opening, saving
+from texvol.window import closing, editing, exporting, layout, list_editing, navigation, opening, playing, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
@@ -59,6 +59,8 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "turning": _turning,
     "open": lambda desk, path: opening.open_file(desk, path) if path else opening.browse_to_open(desk),
     "add": lambda desk, path: opening.add(desk, path) if path else opening.browse_to_add(desk),
+    "play": lambda desk, _: playing.play(desk),
+    "step": playing.go,
     "close": lambda desk, _: closing.close(desk),
     "answer": lambda desk, words: desk.reply(words),
     "undo": lambda desk, _: desk.step(back=True),
@@ -116,4 +118,5 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "save": exporting.scene,
     "picture": exporting.picture,
     "copy": _copy,
+    **{name: list_editing.command(name) for name in list_editing.COMMANDS},
 }

@@ -26,6 +26,7 @@ from texvol.window.screen import Textures
 from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
 from texvol.window.switched import Off
+from texvol.window.times import Times
 
 MESSAGE_SECONDS = 8.0
 PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
@@ -110,6 +111,8 @@ class Desk:
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
     waiting: list[Loading] = field(default_factory=list)
+    times: Times = field(default_factory=Times)
+    search: Any = None  # for what shows, see `texvol.window.reframing`
     questions: list[Question] = field(default_factory=list)
     replaced: Replaced = field(default_factory=Replaced)
     has_replaced: bool = False
@@ -331,7 +334,8 @@ class Desk:
         self.orders.clear()
 
     def close(self) -> None:
-        """End the clerk."""
+        """End the clerk, and the reading of time steps."""
+        self.times.close()
         if self.clerk is not None:
             self.clerk.close()
 
@@ -359,7 +363,7 @@ class Desk:
         self.wants_close |= self.closes_when_written and self.writing is None
 
     def _wrote(self, answer: Answer) -> None:
-        for name in ("picture name", "film name"):
+        for name in ("picture name", "film name", "time film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # a new name is proposed
         files = written(answer.text, answer.metadata.get("views"))

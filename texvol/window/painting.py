@@ -123,7 +123,8 @@ class JobRunner:
             job = replace(job, scene=job.scene.classified_as("post"))
         self._renderer.interruptible(None if job.kind == "move" else partial(self._check, job))
         try:
-            {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind](job)
+            kinds = {"move": self._move, "rest": self._rest, "file": self._file}
+            kinds.get(job.kind, self._film)(job)
         except Superseded:
             pass
         except Exception as error:  # the window stays open and shows the reason
@@ -215,8 +216,10 @@ class JobRunner:
 
     def _film(self, job: Job) -> None:
         from texvol.output import sequences
+        from texvol.window import time_frames
 
-        frames = sequences.views(job.scene, job.views, job.name)
+        made = time_frames.frames if job.kind == "steps" else sequences.views
+        frames = made(job.scene, job.views, job.name)
         counted = replace(frames, scenes=self._counted(job, frames))
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}

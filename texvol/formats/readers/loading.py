@@ -141,7 +141,10 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
     fields |= {"name": public(name), "source": _source(name, choice), "blocks": choice.blocks}
     fields["label_table"] = label_tables.table_for(name, choice.label_names)
     if not samples.levels:
-        return Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
+        volume = Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
+        if len(samples.channels) > 1:
+            volume.channel, volume.channels = samples.channel, samples.channels
+        return volume
     from texvol.scene.large_volume import LargeVolume
 
     for key in ("values", "resampling", "colors"):

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
@@ -47,6 +48,9 @@ _SPACES = {
 # Kinds of axes of space in the format's definition; all kinds but these and time are components.
 _SPATIAL_KINDS = ("domain", "space")
 
+# Ends of the names of kinds of components.
+_OF_COMPONENTS = ("vector", "gradient", "normal", "matrix", "color", "complex", "quaternion")
+
 # Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
 _COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
 
@@ -64,6 +68,9 @@ def read(path: str, choice: Choice) -> Samples:
         return _segmentation(path, header, offset, listed, choice)
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
+    axes = _with_components(header, axes)
+    holds_channels = _holds_channels(header)
+    choice = with_first(axes, sizes[::-1], choice) if holds_channels else choice
     index = pick(axes, sizes[::-1], choice)
     values = read_files(_files(header, sizes, path, offset, listed), index, choice)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
@@ -74,7 +81,25 @@ def read(path: str, choice: Choice) -> Samples:
         return Samples(values, **grid, labels=True, notes=(segments_in_words(segments),))
     marks = parsed(str(header[key]) for key in _MARKS if key in header)
     marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
-    return Samples(marked, **grid, notes=notes)
+    channels = described(axes, sizes[::-1]) if holds_channels else ()
+    channel = channels[choice.channel] if channels and choice.channel is not None else None
+    notes = (*note(channels, choice.channel), *notes)
+    return Samples(marked, **grid, notes=notes, channels=channels, channel=channel)
+
+
+def _with_components(header: Mapping[str, Any], axes: str) -> str:
+    """Return the axes with "C" for those whose kind is one of components, which are no time steps."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])][::-1]
+    if len(kinds) != len(axes):
+        return axes
+    named = zip(axes, kinds, strict=True)
+    return "".join("C" if axis == "?" and kind.endswith(_OF_COMPONENTS) else axis for axis, kind in named)
+
+
+def _holds_channels(header: Mapping[str, Any]) -> bool:
+    """True if what is called a vector holds channels: whole numbers; components of true vectors are floats."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])]
+    return "vector" in kinds and str(header["type"]).lower() not in ("float", "double")
 
 
 def header_of(path: str) -> Mapping[str, Any]:

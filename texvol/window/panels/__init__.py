@@ -25,6 +25,7 @@ from texvol.window.panels import (
     planes,
     slices,
     tiles,
+    timebar,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -53,6 +54,7 @@ def show(desk: Desk) -> None:
     if desk.preferences.help:
         overlay.keys(desk)
     empty.show(desk)
+    timebar.show(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)

@@ -36,7 +36,14 @@ TIPS = {
     # Scene
     "##color": "colour",
     "opacity": "from almost invisible to opaque",
+    "as labels": "values are names of parts, never mixed: each one gets a colour of its own",
     "fades in": "weights rise from 0 at the first value to 1 at the second",
+    # Time bar
+    "##step back": "the time step before (,)",
+    "##play": "play the time steps, or pause (space)",
+    "##step on": "the time step after (.)",
+    "##time step": "time step that is shown; ctrl-click to type one",
+    "steps/s": "most time steps per second while they are played",
     # View
     "projection": "orthographic keeps sizes, perspective makes what is near larger (o)",
     "turning": "a turntable keeps the vertical upright (t)",
