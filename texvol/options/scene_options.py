@@ -34,6 +34,7 @@ from texvol.options.groups import GROUPS, SCENE_OPTIONS
 from texvol.options.looks import look_by
 from texvol.options.volumes import AddedChoice
 from texvol.scene import orbit as turning
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import Air, air_in_8_bits
 from texvol.scene.camera import Camera
 from texvol.scene.framing import ViewChoice, framed, zoomed
@@ -155,6 +156,7 @@ class SceneOptions:
         """Annotation of 8-bit pictures."""
         chosen = self._chosen
         further = {"value_name": chosen.get("value-name", ""), "font": chosen.get("font")}
+        further["measures"] = tuple(chosen.get("measure", ()))
         return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
 
     def load(self) -> Volume:
@@ -203,6 +205,16 @@ class SceneOptions:
         """Further volumes as stored in their files."""
         return tuple(each.load() for each in self._chosen.get("add", ()))
 
+    def _added(self, volume: Volume) -> tuple[AddedVolume, ...]:
+        """Return the further volumes in the world of the first one."""
+        further = (*self._channels, *zip(self._chosen.get("add", ()), self._further, strict=True))
+        return tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
+
+    def volumes(self) -> tuple[Volume, ...]:
+        """Return all volumes of the scene, read and placed; nothing is made of their looks."""
+        volume = self.load()
+        return (volume, *(each.volume for each in self._added(volume)))
+
     def series(self) -> TimeSeries:
         """Return all time steps of the volume, not yet `placed`."""
         from texvol.formats.readers import TimeSeries
@@ -229,9 +241,7 @@ class SceneOptions:
         `in_8_bits` is the kind of picture, which decides on the air if no option does. Without `lit_by_default` there
         is only the light that options ask for, for what cannot draw light.
         """
-        chosen = self._chosen
-        further = (*self._channels, *zip(chosen.get("add", ()), self._further, strict=True))
-        added = tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
+        chosen, added = self._chosen, self._added(volume)
         scene = Scene(
             volume,
             classification=chosen.get("classification", Scene.classification),

@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, editing, exporting, navigation, opening, saving
+from texvol.window import closing, editing, exporting, measure_changes, navigation, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
 
-TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "File")
+TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "Measure", "File")
 
 
 def run(desk: Desk, command: str) -> None:
@@ -114,4 +114,5 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "save": exporting.scene,
     "picture": exporting.picture,
     "copy": _copy,
+    "measure": measure_changes.run,
 }

@@ -53,6 +53,9 @@ BINDINGS = (
     Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
     Binding(("i",), "probe", "show value and extinction at the cursor"),
     Binding(("l",), "slices", "show slices"),
+    Binding(("m",), "tab Measure", "measure"),
+    Binding(("delete",), "measure delete", "remove the selected measure"),
+    Binding(("ctrl+m",), "measure copy", "copy all measures as CSV"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),
 )

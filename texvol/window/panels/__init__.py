@@ -19,6 +19,8 @@ from texvol.window.panels import (
     files,
     grips,
     light,
+    measure,
+    measure_marks,
     medium,
     overlay,
     parts,
@@ -38,6 +40,7 @@ _TABS: dict[str, Callable[[Desk, Document], None]] = {
     "Light": light.show,
     "Cut": cut.show,
     "Slices": slices.show,
+    "Measure": measure.show,
 }
 assert (*_TABS, "File") == TABS
 
@@ -52,6 +55,7 @@ def show(desk: Desk) -> None:
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
+    measure_marks.act(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
@@ -64,6 +68,7 @@ def picture(desk: Desk) -> None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
+    measure_marks.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)

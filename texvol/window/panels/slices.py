@@ -16,7 +16,8 @@ from texvol.scene.volume import Volume
 from texvol.window import handles, navigation, probe
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts
+from texvol.window.measure_slices import SliceMap
+from texvol.window.panels import measure_in_slices, parts
 from texvol.window.slices import NAMES, Slice, grey, letters_of, painted, slices_of, tiled, typical_window
 
 _LINE = 0xB0_50_D0_FF  # a thin amber, ABGR
@@ -158,9 +159,16 @@ def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | Non
         _text(x, y, letter)
     imgui.invisible_button(name, size)
     _windowing(state, volume)
+    seen = SliceMap.of(volume, slice_, number, (start.x, start.y), (size.x, size.y))
+    draw.push_clip_rect(start, end, True)
+    assert desk.document is not None
+    measures = measure_in_slices.show(desk, desk.document, seen, name, hovered=imgui.is_item_hovered())
+    draw.pop_clip_rect()
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel changes the slice and does not scroll the panel
     if not imgui.is_mouse_down(0):
         state["slice clicked"] = False
+    if measures:
+        return
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0):
         state["slice alone"] = None if state.get("slice alone") else name
         state["slice clicked"] = True  # the crosshair stays until the button is released

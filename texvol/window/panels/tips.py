@@ -73,6 +73,8 @@ TIPS = {
     # Slices
     "level": "value that is shown as middle grey",
     "window": "range of values from black to white",
+    # Measure
+    "##shown measure": "drawn into pictures, or only listed",
     # File
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
