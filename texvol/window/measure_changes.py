@@ -72,6 +72,8 @@ def place(desk: Desk, point: ArrayLike) -> None:
     if document is None or not state.tool:
         return
     position = triple(np.asarray(point, np.float64))
+    if position in state.placed[-1:]:  # a second click at the same position
+        return
     points = _box_about(document.scene, position) if state.tool == "box" else (*state.placed, position)
     if len(points) < POINTS[state.tool]:
         state.placed = points

@@ -28,7 +28,8 @@ from texvol.window.panels import (
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
-_TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
+# Of a button's padding, and of the usual spacing: all tab names fit beside each other, with the dot of unsaved changes.
+_TAB_PADDING, _BETWEEN_TABS = 0.25, 0.2
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
 _EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
@@ -125,9 +126,11 @@ def _sidebar(desk: Desk) -> None:
     lines = overlay.status_lines(desk)
     status = overlay.status_height(desk, lines)
     padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
+    between = imgui.ImVec2(_BETWEEN_TABS * style.item_inner_spacing.x, style.item_inner_spacing.y)
     imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+    imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
     begun = imgui.begin_tab_bar("tabs")
-    imgui.pop_style_var()
+    imgui.pop_style_var(2)
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
         for name in TABS:
@@ -135,8 +138,9 @@ def _sidebar(desk: Desk) -> None:
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
             imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+            imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
             shown, _ = imgui.begin_tab_item(name, None, how)
-            imgui.pop_style_var()
+            imgui.pop_style_var(2)
             if shown:
                 _tab(name, desk, status)
                 imgui.end_tab_item()

@@ -56,7 +56,7 @@ def _tools(desk: Desk) -> None:
             imgui.pop_style_color()
         imgui.set_item_tooltip(about)
     hint = desk.measuring.hint
-    parts.note(f"{hint}, in the picture or in a slice; Esc stops." if hint else "Points are dragged afterwards.")
+    parts.note(f"{hint}, in the picture or in a slice; Esc stops." if hint else "Choose what to measure.")
 
 
 def _list(desk: Desk, document: Document) -> None:
@@ -93,8 +93,13 @@ def _row(desk: Desk, each: Measure, number: int, name: str, unit: str) -> bool:
     imgui.same_line()
     remover = imgui.get_frame_height()
     width = imgui.get_content_region_avail().x - remover - style.item_spacing.x
+    # A selectable fills the spacing around it, and begins where a text would stand beside the other controls.
+    imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(style.item_spacing.x, 0))
+    imgui.push_style_var(imgui.StyleVar_.selectable_text_align, imgui.ImVec2(0, 0.5))
+    imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() - style.frame_padding.y)
     if imgui.selectable(value_text(each, unit), state.selected == number, 0, imgui.ImVec2(width, remover))[0]:
         state.selected = None if state.selected == number else number
+    imgui.pop_style_var(2)
     imgui.set_item_tooltip(f"{each.kind}; click to see its values")
     imgui.same_line()
     removed = imgui.button("x", imgui.ImVec2(remover, remover))
@@ -127,8 +132,8 @@ def _selected(desk: Desk, document: Document, number: int) -> None:
 
 def _point(desk: Desk, each: Measure, number: int, position: int, point: tuple[float, float, float]) -> None:
     """Show the coordinates of a point; they can be entered."""
-    what = {"angle": ("arm", "vertex", "arm"), "box": ("corner", "corner"), "profile": ("start", "end")}
-    label = what.get(each.kind, ("end", "end"))[position]
+    what = {"angle": ("arm", "vertex", "arm"), "box": ("corner", "corner")}
+    label = what.get(each.kind, ("start", "end"))[position]
     imgui.push_id(position)
     imgui.set_next_item_width(-parts_width(label))
     entered, typed = imgui.input_float3(

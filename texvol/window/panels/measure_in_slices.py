@@ -13,6 +13,7 @@ from texvol.window.measure_slices import Line, SliceMap, lines_of
 from texvol.window.panels import measure_marks, parts
 
 _WIDTH, _HALO, _RADIUS, _REACH = 1.5, 3.5, 4.0, 9.0  # window coordinates at scale 1
+_STILL = 6.0  # a press that moves farther is a drag from one point to the next
 _THROUGH = 0.4  # opacity of what does not lie in the slice
 
 
@@ -52,7 +53,7 @@ def _text(drawn: imgui.ImDrawList, lines: list[Line], words: str, shades: tuple[
     lowest = ends[int(ends[:, 1].argmax())]
     extent, scale = imgui.calc_text_size(words), parts.scale()
     at = round(float(lowest[0]) - extent.x / 2), round(float(lowest[1]) + 6 * scale)
-    measure_marks.text(drawn, at, words, *shades)
+    measure_marks.text(drawn, at, words, shades, imgui.get_font_size())
 
 
 def _act(desk: Desk, document: Document, seen: SliceMap, name: str, hovered: bool) -> bool:
@@ -61,14 +62,16 @@ def _act(desk: Desk, document: Document, seen: SliceMap, name: str, hovered: boo
     mouse = io.mouse_pos
     if desk.measuring.tool and hovered and imgui.is_mouse_clicked(0):
         measure_changes.place(desk, seen.point(mouse.x, mouse.y))
-        state["measure in slice"] = name, None, None
+        state["measure in slice"] = name, None, (mouse.x, mouse.y)
         return True
     held = state.get("measure in slice")
     if held is not None and held[0] == name:
+        _, number, point = held
         if not io.mouse_down[0]:
             state["measure in slice"] = None
+            if number is None and np.hypot(mouse.x - point[0], mouse.y - point[1]) > _STILL * parts.scale():
+                measure_changes.place(desk, seen.point(mouse.x, mouse.y))  # the next point, at the end of a drag
             return True
-        _, number, point = held
         if number is not None and number < len(document.measures):
             each = document.measures[number]
             if io.mouse_delta.x or io.mouse_delta.y:

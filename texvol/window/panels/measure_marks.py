@@ -19,7 +19,8 @@ from texvol.window.measure_grips import Grip
 from texvol.window.navigation import Position, triple
 from texvol.window.panels import parts
 
-_EM = 15.0  # window coordinates at scale 1, as are the following: size of the values
+_EM = 1 / 40  # of the picture's height: size of the values, as in pictures that are written
+_LEAST_EM = 15.0  # window coordinates at scale 1, as are the following
 _WIDTH, _HALO = 1.6, 4.0  # of a line, and of the dark or light line around it
 _HALO_OPACITY = 0.75
 _RADIUS, _REACH = 5.0, 11.0  # of a grip, and of the mouse around it
@@ -74,12 +75,18 @@ def colors(background: tuple[float, float, float]) -> tuple[int, int, int]:
     return line, faint, halo
 
 
-def text(drawn: imgui.ImDrawList, at: tuple[float, float], words: str, color: int, halo: int) -> None:
-    """Draw a text with an outline, legible on any picture."""
-    off = max(parts.scale(), 1.0)
+def text(drawn: imgui.ImDrawList, at: tuple[float, float], words: str, shades: tuple[int, int], em: float) -> None:
+    """Draw a text of a size in a colour with an outline, legible on any picture."""
+    (color, halo), font, off = shades, imgui.get_font(), max(em / 15, 1.0)
     for right, down in ((-1, 0), (1, 0), (0, -1), (0, 1), (-1, -1), (1, 1), (-1, 1), (1, -1)):
-        drawn.add_text(imgui.ImVec2(at[0] + off * right, at[1] + off * down), halo, words)
-    drawn.add_text(imgui.ImVec2(*at), color, words)
+        drawn.add_text(font, em, imgui.ImVec2(at[0] + off * right, at[1] + off * down), halo, words)
+    drawn.add_text(font, em, imgui.ImVec2(*at), color, words)
+
+
+def extent(words: str, em: float) -> tuple[float, float]:
+    """Return the width and the height of a text of a size."""
+    found = imgui.calc_text_size(words)
+    return found.x * em / imgui.get_font_size(), found.y * em / imgui.get_font_size()
 
 
 def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
@@ -88,7 +95,8 @@ def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
     shown = [each for each in document.measures if each.shown]
     if not shown:
         return
-    view, em = View(document.view.camera, document.scene.box, size), _EM * parts.scale()
+    view = View(document.view.camera, document.scene.box, size)
+    em = max(_EM * min(size[1], 1.5 * size[0]), _LEAST_EM * parts.scale())
     every = [marks for each in shown if (marks := marks_of(each, view, em, unit)) is not None]
     line, faint, halo = colors(document.scene.background)
     corner = np.array((viewport.x, viewport.y))
@@ -96,17 +104,15 @@ def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
         for stroke in (stroke for marks in every for stroke in marks.strokes):
             if not np.isfinite([stroke.start, stroke.end]).all():
                 continue
+            if is_halo and stroke.faint:
+                continue
             shade = halo if is_halo else faint if stroke.faint else line
             start, end = (imgui.ImVec2(*(float(x) for x in point + corner)) for point in (stroke.start, stroke.end))
             drawn.add_line(start, end, shade, width * parts.scale())
-    for words, (x, y) in placed_texts(every, _extent, em, size, ()):
-        width, height = _extent(words)
-        text(drawn, (round(x - width / 2 + corner[0]), round(y - height / 2 + corner[1])), words, line, halo)
-
-
-def _extent(words: str) -> tuple[float, float]:
-    found = imgui.calc_text_size(words)
-    return found.x, found.y
+    for words, (x, y) in placed_texts(every, lambda each: extent(each, em), em, size, ()):
+        width, height = extent(words, em)
+        at = round(x - width / 2 + corner[0]), round(y - height / 2 + corner[1])
+        text(drawn, at, words, (line, halo), em)
 
 
 def _grips(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
@@ -149,11 +155,11 @@ def _preview(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
 def _hint(desk: Desk, drawn: imgui.ImDrawList) -> None:
     """Say at the foot of the picture what to click next."""
     words = f"{desk.measuring.hint}, here or in a slice   (Esc: stop)"
-    extent, scale = imgui.calc_text_size(words), parts.scale()
-    x = desk.viewport.x + (desk.viewport.width - extent.x) / 2
+    size, scale = imgui.calc_text_size(words), parts.scale()
+    x = desk.viewport.x + (desk.viewport.width - size.x) / 2
     y = desk.viewport.y + desk.viewport.height - _FOOT * scale
     pad = 8 * scale
-    corner, other = imgui.ImVec2(x - pad, y - pad), imgui.ImVec2(x + extent.x + pad, y + extent.y + pad)
+    corner, other = imgui.ImVec2(x - pad, y - pad), imgui.ImVec2(x + size.x + pad, y + size.y + pad)
     drawn.add_rect_filled(corner, other, 0xD8_20_1C_1A, 4 * scale)
     drawn.add_text(imgui.ImVec2(round(x), round(y)), 0xFF_F0_EE_EC, words)
 

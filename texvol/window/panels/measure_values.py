@@ -18,7 +18,7 @@ from texvol.window.panels import parts
 from texvol.window.stand_in import StandIn
 
 _DIGITS = 5
-_PLOT = 150.0  # height, window coordinates at scale 1
+_PLOT = 170.0  # height, window coordinates at scale 1
 _ROWS = 9  # of the table of labels, which scrolls
 _LETTERS = 14  # of a volume's name
 _MOST_PLOTTED = 4000  # points of a plotted line
@@ -124,7 +124,8 @@ def _of_volumes(found: Measured) -> None:
 
 
 def _named(quantity: Quantity) -> str:
-    return quantity.what if quantity.label is None else f"label {quantity.label}: {quantity.what}"
+    what = quantity.what.removeprefix("standard ")  # the column is narrow
+    return what if quantity.label is None else f"label {quantity.label}: {what}"
 
 
 def _plot(profile: Profile, unit: str) -> None:
@@ -133,6 +134,8 @@ def _plot(profile: Profile, unit: str) -> None:
     flags |= implot.Flags_.no_legend if len(profile.volumes) == 1 else 0
     if not implot.begin_plot("##profile", imgui.ImVec2(-1, _PLOT * parts.scale()), flags):
         return
+    above = implot.LegendFlags_.outside | implot.LegendFlags_.horizontal
+    implot.setup_legend(implot.Location_.north_west, above)
     fit = implot.AxisFlags_.auto_fit | implot.AxisFlags_.no_highlight
     implot.setup_axes(f"distance ({unit})" if unit else "distance", "", fit, fit)
     step = max(len(profile.distances) // _MOST_PLOTTED, 1)
