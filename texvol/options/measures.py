@@ -24,7 +24,8 @@ def measure(text: str) -> Measure:
     positions, _, name = rest.partition(":")
     points = [texts.numbers(each, "a point X,Y,Z", 3) for each in positions.split()]
     if len(points) != POINTS[kind]:
-        raise argparse.ArgumentTypeError(f"must have {POINTS[kind]} points X,Y,Z for a {kind}, got {text!r}")
+        article = "an" if kind == "angle" else "a"
+        raise argparse.ArgumentTypeError(f"must have {POINTS[kind]} points X,Y,Z for {article} {kind}, got {text!r}")
     given = texts.count(samples, "samples") if colon else None
     return texts.made(lambda: Measure(kind, tuple(points), name.strip(), samples=given), names_option=True)  # type: ignore[arg-type]
 

@@ -50,7 +50,7 @@ class Measure:
     samples: int | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in POINTS:
+        if self.kind not in KINDS:  # a list would have no hash
             raise InputError(f"measure: kind must be one of {', '.join(KINDS)}, got {self.kind!r}")
         object.__setattr__(self, "points", _checked_points(self.kind, self.points))
         if not isinstance(self.name, str):
