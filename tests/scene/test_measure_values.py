@@ -139,7 +139,7 @@ def test_a_box_has_the_samples_whose_positions_lie_in_it(direction: str, monkeyp
 
 
 def test_corners_of_a_box_may_come_in_any_order() -> None:
-    volume = grid()
+    volume = grid("oblique")
     low, high = tuple(volume.centre - 3), tuple(volume.centre + 3)
     crossed = Measure("box", ((low[0], high[1], high[2]), (high[0], low[1], low[2])))  # type: ignore[arg-type]
     (one, other) = measure(volume, [Measure("box", (low, high)), crossed])  # type: ignore[arg-type]

@@ -187,7 +187,9 @@ def run(desk: Desk, document: Document, words: str) -> None:
         take(desk, words)
     elif words == "delete":
         if state.selected is not None:
-            replaced(desk, state.selected, None)
+            name = called(document.measures)[state.selected]
+            if replaced(desk, state.selected, None):
+                desk.say(f"removed {name}; undo (ctrl-z) brings it back")
     elif words == "copy":
         copy(desk, document)
     elif name == "csv" and rest:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -53,6 +54,12 @@ class SliceMap:
         step = volume.world_from_index[:, slice_.axis]
         thickness = abs(float(step @ across)) / max(float(np.linalg.norm(across)), 1e-300)
         return cls(corner - start[0] * right - start[1] * down, right, down, thickness)
+
+    @classmethod
+    def through(cls, point: Callable[[float, float], Numbers], thickness: float) -> SliceMap:
+        """Return the map of a slice given by a function that returns the world point at window coordinates."""
+        origin = point(0.0, 0.0)
+        return cls(origin, point(1.0, 0.0) - origin, point(0.0, 1.0) - origin, thickness)
 
     @property
     def normal(self) -> Numbers:

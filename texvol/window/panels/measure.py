@@ -15,6 +15,7 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.measuring import STEPS
 from texvol.window.panels import measure_values, parts
+from texvol.window.panels.measure_letters import in_letters
 
 _NAME = 0.42  # of the panel's width
 _LONGEST = 80  # letters of a name
@@ -97,8 +98,9 @@ def _row(desk: Desk, each: Measure, number: int, name: str, unit: str) -> bool:
     imgui.push_style_var(imgui.StyleVar_.item_spacing, imgui.ImVec2(style.item_spacing.x, 0))
     imgui.push_style_var(imgui.StyleVar_.selectable_text_align, imgui.ImVec2(0, 0.5))
     imgui.set_cursor_pos_y(imgui.get_cursor_pos_y() - style.frame_padding.y)
-    if imgui.selectable(value_text(each, unit), state.selected == number, 0, imgui.ImVec2(width, remover))[0]:
-        state.selected = None if state.selected == number else number
+    value, chosen = in_letters(value_text(each, unit)), state.selected == number
+    if imgui.selectable(value, chosen, 0, imgui.ImVec2(width, remover))[0]:
+        state.selected = None if chosen else number
     imgui.pop_style_var(2)
     imgui.set_item_tooltip(f"{each.kind}; click to see its values")
     imgui.same_line()

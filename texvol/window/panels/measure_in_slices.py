@@ -11,6 +11,7 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.measure_slices import Line, SliceMap, lines_of
 from texvol.window.panels import measure_marks, parts
+from texvol.window.panels.measure_letters import in_letters
 
 _WIDTH, _HALO, _RADIUS, _REACH = 1.5, 3.5, 4.0, 9.0  # window coordinates at scale 1
 _STILL = 6.0  # a press that moves farther is a drag from one point to the next
@@ -35,7 +36,7 @@ def show(desk: Desk, document: Document, seen: SliceMap, name: str, *, hovered: 
                 drawn.add_line(start, end, halo, _HALO * scale)
             drawn.add_line(start, end, line if stroke.inside else through, _WIDTH * scale)
         if lines and any(stroke.inside for stroke in lines):
-            _text(drawn, lines, text_of(each, document.scene.volume.unit), (line, halo))
+            _text(drawn, lines, in_letters(text_of(each, document.scene.volume.unit)), (line, halo))
     for grip in measure_grips.grips_of(document.measures, None):
         if seen.holds(np.array(grip.at)) and grip.point is not None:
             spot = imgui.ImVec2(*seen.positions(np.array([grip.at]))[0].tolist())

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.annotation.measures import FAINT, color_on, marks_of, placed_texts
+from texvol.annotation.measures import FAINT, Marks, color_on, marks_of, placed_texts
 from texvol.annotation.view import View
 from texvol.util.color import srgb_from_linear
 from texvol.window import measure_changes, measure_grips, probe
@@ -18,6 +19,7 @@ from texvol.window.handles import position_of
 from texvol.window.measure_grips import Grip
 from texvol.window.navigation import Position, triple
 from texvol.window.panels import parts
+from texvol.window.panels.measure_letters import in_letters
 
 _EM = 1 / 40  # of the picture's height: size of the values, as in pictures that are written
 _LEAST_EM = 15.0  # window coordinates at scale 1, as are the following
@@ -89,27 +91,43 @@ def extent(words: str, em: float) -> tuple[float, float]:
     return found.x * em / imgui.get_font_size(), found.y * em / imgui.get_font_size()
 
 
-def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
-    viewport, unit = desk.viewport, document.scene.volume.unit
+class _Laid(NamedTuple):
+    """Measures laid out for a camera: their marks, and their texts with the positions of these."""
+
+    key: Any
+    marks: list[Marks]
+    texts: list[tuple[str, tuple[float, float]]]
+
+
+def _laid(desk: Desk, document: Document) -> _Laid:
+    """Return the measures in the picture; they are laid out when they, the camera or the picture have changed."""
+    viewport, unit, camera = desk.viewport, document.scene.volume.unit, document.view.camera
     size = max(int(viewport.width), 1), max(int(viewport.height), 1)
-    shown = [each for each in document.measures if each.shown]
-    if not shown:
-        return
-    view = View(document.view.camera, document.scene.box, size)
     em = max(_EM * min(size[1], 1.5 * size[0]), _LEAST_EM * parts.scale())
-    every = [marks for each in shown if (marks := marks_of(each, view, em, unit)) is not None]
+    key = document.measures, camera, document.scene.box, size, em, unit
+    before: _Laid | None = desk.panel_state.get("measures laid")
+    if before is not None and before.key == key:
+        return before
+    view = View(camera, document.scene.box, size)
+    found = [marks_of(each, view, em, unit) for each in document.measures if each.shown]
+    every = [replace(marks, text=in_letters(marks.text)) for marks in found if marks is not None]
+    laid = _Laid(key, every, placed_texts(every, lambda each: extent(each, em), em, size, ()))
+    desk.panel_state["measures laid"] = laid
+    return laid
+
+
+def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
+    laid = _laid(desk, document)
     line, faint, halo = colors(document.scene.background)
-    corner = np.array((viewport.x, viewport.y))
+    corner, em = np.array((desk.viewport.x, desk.viewport.y)), laid.key[4]
     for width, is_halo in ((_HALO, True), (_WIDTH, False)):
-        for stroke in (stroke for marks in every for stroke in marks.strokes):
-            if not np.isfinite([stroke.start, stroke.end]).all():
-                continue
-            if is_halo and stroke.faint:
+        for stroke in (stroke for marks in laid.marks for stroke in marks.strokes):
+            if (is_halo and stroke.faint) or not np.isfinite([stroke.start, stroke.end]).all():
                 continue
             shade = halo if is_halo else faint if stroke.faint else line
-            start, end = (imgui.ImVec2(*(float(x) for x in point + corner)) for point in (stroke.start, stroke.end))
+            start, end = (imgui.ImVec2(*(point + corner).tolist()) for point in (stroke.start, stroke.end))
             drawn.add_line(start, end, shade, width * parts.scale())
-    for words, (x, y) in placed_texts(every, lambda each: extent(each, em), em, size, ()):
+    for words, (x, y) in laid.texts:
         width, height = extent(words, em)
         at = round(x - width / 2 + corner[0]), round(y - height / 2 + corner[1])
         text(drawn, at, words, (line, halo), em)

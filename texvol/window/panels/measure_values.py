@@ -15,6 +15,7 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened
 from texvol.window.panels import parts
+from texvol.window.panels.measure_letters import in_letters
 from texvol.window.stand_in import StandIn
 
 _DIGITS = 5
@@ -77,8 +78,8 @@ def _labels(each: Measured) -> None:
     while clipper.step():
         for position in range(clipper.display_start, clipper.display_end):
             imgui.table_next_row()
-            cells = str(samples[position].label), f"{int(samples[position].value):,}", plain(volumes[position].value, 6)
-            for cell in cells:
+            count, volume = samples[position], in_letters(plain(volumes[position].value, 6))
+            for cell in (str(count.label), f"{int(count.value):,}", volume):
                 imgui.table_next_column()
                 imgui.text_unformatted(cell)
     clipper.end()
@@ -148,5 +149,5 @@ def _plot(profile: Profile, unit: str) -> None:
 def _text(quantity: Quantity) -> str:
     if quantity.what.endswith("samples"):
         return f"{int(quantity.value):,}"
-    number = plain(quantity.value, _DIGITS)
+    number = in_letters(plain(quantity.value, _DIGITS))
     return f"{number}°" if quantity.unit == "°" else f"{number} {quantity.unit}".strip()
