@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 
 class _Wanted(NamedTuple):
-    """What a value is of, how it is made, and who takes it."""
+    """Value to be worked out: its key, how it is made, and who takes it."""
 
     key: Any
     make: Callable[[], Any]

@@ -51,7 +51,7 @@ class Measuring:
 
     @property
     def hint(self) -> str:
-        """What to click next; "" without a tool."""
+        """Request of the next click; "" without a tool."""
         if not self.tool:
             return ""
         return f"{self.tool}: click {STEPS[self.tool][len(self.placed)]}"

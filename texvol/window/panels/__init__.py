@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from imgui_bundle import imgui
 
@@ -110,6 +111,18 @@ def _edge(desk: Desk) -> None:
     imgui.set_cursor_pos(corner)
 
 
+@contextmanager
+def _narrow_tabs() -> Iterator[None]:
+    """Leave less room around the names of tabs, and between them."""
+    style = imgui.get_style()
+    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
+    between = imgui.ImVec2(_BETWEEN_TABS * style.item_inner_spacing.x, style.item_inner_spacing.y)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+    imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
+    yield
+    imgui.pop_style_var(2)
+
+
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
     left = desk.viewport.x + desk.viewport.width
@@ -125,22 +138,16 @@ def _sidebar(desk: Desk) -> None:
     _edge(desk)
     lines = overlay.status_lines(desk)
     status = overlay.status_height(desk, lines)
-    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
-    between = imgui.ImVec2(_BETWEEN_TABS * style.item_inner_spacing.x, style.item_inner_spacing.y)
-    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-    imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
-    begun = imgui.begin_tab_bar("tabs")
-    imgui.pop_style_var(2)
+    with _narrow_tabs():
+        begun = imgui.begin_tab_bar("tabs")
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
         for name in TABS:
             # Integers, because imgui's enumeration has no member for "no flags".
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
-            imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-            imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
-            shown, _ = imgui.begin_tab_item(name, None, how)
-            imgui.pop_style_var(2)
+            with _narrow_tabs():
+                shown, _ = imgui.begin_tab_item(name, None, how)
             if shown:
                 _tab(name, desk, status)
                 imgui.end_tab_item()

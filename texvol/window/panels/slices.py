@@ -138,6 +138,16 @@ def _windowing(state: dict[str, Any], volume: Volume) -> None:
         state["window"] = centre, max(width + step * io.mouse_delta.x, 1e-3 * (high - low), 1e-300)
 
 
+def _measures(desk: Desk, name: str, seen: SliceMap) -> bool:
+    """Show the measures over the last item, a slice; return True if the mouse is used for them."""
+    assert desk.document is not None
+    draw = imgui.get_window_draw_list()
+    draw.push_clip_rect(imgui.get_item_rect_min(), imgui.get_item_rect_max(), True)
+    used = measure_in_slices.show(desk, desk.document, seen, name, hovered=imgui.is_item_hovered())
+    draw.pop_clip_rect()
+    return used
+
+
 def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | None, size: Any) -> None:
     """Show a slice: a drag moves the crosshair, the wheel changes the slice, a double click enlarges it."""
     state = desk.panel_state
@@ -159,11 +169,7 @@ def _slice(desk: Desk, name: str, volume: Volume, medium: TransferFunction | Non
         _text(x, y, letter)
     imgui.invisible_button(name, size)
     _windowing(state, volume)
-    seen = SliceMap.of(volume, slice_, number, (start.x, start.y), (size.x, size.y))
-    draw.push_clip_rect(start, end, True)
-    assert desk.document is not None
-    measures = measure_in_slices.show(desk, desk.document, seen, name, hovered=imgui.is_item_hovered())
-    draw.pop_clip_rect()
+    measures = _measures(desk, name, SliceMap.of(volume, slice_, number, (start.x, start.y), (size.x, size.y)))
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel changes the slice and does not scroll the panel
     if not imgui.is_mouse_down(0):
         state["slice clicked"] = False
