@@ -53,7 +53,7 @@ BINDINGS = (
     Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
     Binding(("i",), "probe", "show value and extinction at the cursor"),
     Binding(("l",), "slices", "show slices"),
-    Binding(("m",), "tab Measure", "measure"),
+    Binding(("m",), "tab Measure", "measure lengths, angles, boxes and profiles"),
     Binding(("delete",), "measure delete", "remove the selected measure"),
     Binding(("ctrl+m",), "measure copy", "copy all measures as CSV"),
     Binding(("f11",), "fullscreen", "fill the screen"),

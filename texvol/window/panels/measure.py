@@ -31,6 +31,7 @@ assert tuple(_TOOLS) == KINDS
 def show(desk: Desk, document: Document) -> None:
     """Show the Measure tab."""
     desk.measuring.follow(document)
+    desk.panel_state["profile at"] = None
     _tools(desk)
     _list(desk, document)
     number = desk.measuring.selected

@@ -63,6 +63,7 @@ def draw(desk: Desk) -> None:
     _measures(desk, document, drawn)
     if active(desk):
         _grips(desk, document, drawn)
+        _profiled(desk, document, drawn)
     if desk.measuring.tool:
         _preview(desk, document, drawn)
         _hint(desk, drawn)
@@ -149,6 +150,16 @@ def _grips(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
             drawn.add_circle_filled(middle, radius, 0xFF_FF_FF_FF if held else line)
         else:
             drawn.add_circle(middle, radius - 0.5 * scale, line, 0, 1.6 * scale)
+
+
+def _profiled(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
+    """Draw the point of a profile whose values are under the mouse in the plot."""
+    point = desk.panel_state.get("profile at") if desk.panel_state.get("tab") == "Measure" else None
+    position = None if point is None else position_of(document.view.camera, np.array(point))
+    if position is not None:
+        spot, scale = imgui.ImVec2(*desk.viewport.point(position)), parts.scale()
+        drawn.add_circle_filled(spot, (_RADIUS + 1) * scale, 0xFF_00_00_00)
+        drawn.add_circle_filled(spot, (_RADIUS - 1) * scale, 0xFF_FF_FF_FF)
 
 
 def _preview(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:

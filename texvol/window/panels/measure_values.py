@@ -8,18 +8,20 @@ import numpy as np
 from imgui_bundle import imgui, implot
 
 from texvol.annotation.rounding import plain
-from texvol.scene.measures.measure import Measure
+from texvol.scene.measures.measure import Measure, Point
 from texvol.scene.measures.values import Measured, Profile, Quantity
 from texvol.window import measure_changes
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened
+from texvol.window.navigation import triple
 from texvol.window.panels import parts
 from texvol.window.panels.measure_letters import in_letters
 from texvol.window.stand_in import StandIn
 
 _DIGITS = 5
 _PLOT = 170.0  # height, window coordinates at scale 1
+_LINE = 1.6  # width of a curve
 _ROWS = 9  # of the table of labels, which scrolls
 _LETTERS = 14  # of a volume's name
 _MOST_PLOTTED = 4000  # points of a plotted line
@@ -38,7 +40,9 @@ def show(desk: Desk, document: Document, found: Measured, each: Measure) -> None
         unit = document.scene.volume.unit
         rows += [(f"arm {number}", _text(Quantity("", float(arm), unit))) for number, arm in enumerate(arms, 1)]
     if found.profile is not None:
-        _plot(found.profile, document.scene.volume.unit)
+        apart = found.profile.distances[1] - found.profile.distances[0]
+        rows.append(("between points", _text(Quantity("", float(apart), own[0].unit))))
+        desk.panel_state["profile at"] = _plot(found.profile, document.scene.volume.unit)
     _pairs("own", rows)
     if each.kind == "box":
         _of_volumes(found)
@@ -129,12 +133,12 @@ def _named(quantity: Quantity) -> str:
     return what if quantity.label is None else f"label {quantity.label}: {what}"
 
 
-def _plot(profile: Profile, unit: str) -> None:
-    """Show the values along the line, a curve for each volume."""
+def _plot(profile: Profile, unit: str) -> Point | None:
+    """Show the values along the line, a curve for each volume; return the world point under the mouse."""
     flags = implot.Flags_.no_menus | implot.Flags_.no_box_select | implot.Flags_.no_mouse_text
     flags |= implot.Flags_.no_legend if len(profile.volumes) == 1 else 0
     if not implot.begin_plot("##profile", imgui.ImVec2(-1, _PLOT * parts.scale()), flags):
-        return
+        return None
     above = implot.LegendFlags_.outside | implot.LegendFlags_.horizontal
     implot.setup_legend(implot.Location_.north_west, above)
     fit = implot.AxisFlags_.auto_fit | implot.AxisFlags_.no_highlight
@@ -142,8 +146,23 @@ def _plot(profile: Profile, unit: str) -> None:
     step = max(len(profile.distances) // _MOST_PLOTTED, 1)
     distances = np.ascontiguousarray(profile.distances[::step])
     for name, values in zip(profile.volumes, profile.values, strict=True):
-        implot.plot_line(shortened(name, 2 * _LETTERS), distances, np.ascontiguousarray(values[::step]))
+        spec = implot.Spec()
+        spec.line_weight = _LINE * parts.scale()
+        implot.plot_line(shortened(name, 2 * _LETTERS), distances, np.ascontiguousarray(values[::step]), spec)
+    at = implot.get_plot_mouse_pos().x if implot.is_plot_hovered() else None
     implot.end_plot()
+    return None if at is None else _hovered(profile, at, unit)
+
+
+def _hovered(profile: Profile, distance: float, unit: str) -> Point:
+    """Show the values of the point nearest to a distance in a tooltip; return the point."""
+    number = int(np.abs(profile.distances - distance).argmin())
+    lines = [f"at {plain(float(profile.distances[number]), _DIGITS)} {unit}".strip()]
+    for name, values, value_unit in zip(profile.volumes, profile.values, profile.units, strict=True):
+        value = in_letters(plain(float(values[number]), _DIGITS)) if np.isfinite(values[number]) else "outside"
+        lines.append(f"{name}: {value} {value_unit}".strip() if len(profile.volumes) > 1 else f"{value} {value_unit}")
+    imgui.set_tooltip("\n".join(lines))
+    return triple(profile.points[number])
 
 
 def _text(quantity: Quantity) -> str:
