@@ -39,6 +39,8 @@ if TYPE_CHECKING:
     from texvol.scene.lighting import DepthCue, Light, Lighting
     from texvol.scene.looks import Look
     from texvol.scene.mask import Mask
+    from texvol.scene.measures.measure import Measure
+    from texvol.scene.measures.values import measure
     from texvol.scene.scene import Scene
     from texvol.scene.tetrahedra import TetrahedralGrid
     from texvol.scene.transfer import TransferFunction
@@ -64,6 +66,7 @@ _MODULES = {
     "Lighting": "scene.lighting",
     "Look": "scene.looks",
     "Mask": "scene.mask",
+    "Measure": "scene.measures.measure",
     "MissingExtraError": "util.errors",
     "Picture": "rendering.picture",
     "Plan": "rendering.streaming.plan",
@@ -80,6 +83,7 @@ _MODULES = {
     "load_channels": "formats.stores.channels",
     "load_look": "options.looks",
     "load_tetrahedra": "formats.readers",
+    "measure": "scene.measures.values",
     "open_array": "formats.stores.arrays",
     "plan": "rendering.streaming.plan",
     "raycast": "rendering.streaming.exact",
@@ -107,6 +111,7 @@ __all__ = [
     "Lighting",
     "Look",
     "Mask",
+    "Measure",
     "MissingExtraError",
     "Picture",
     "Plan",
@@ -125,6 +130,7 @@ __all__ = [
     "load_channels",
     "load_look",
     "load_tetrahedra",
+    "measure",
     "open_array",
     "plan",
     "raycast",

@@ -23,6 +23,7 @@ from texvol.cli.demo import add_demo
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
 from texvol.cli.info import add_info
+from texvol.cli.measure import add_measure
 from texvol.cli.methods import add_methods
 from texvol.cli.presets import add_presets
 from texvol.cli.raycast import add_raycast
@@ -47,6 +48,7 @@ _COMMANDS = (
         add_view,
         add_report,
         add_methods,
+        add_measure,
         add_surface,
         add_convert,
         add_convert_tf,

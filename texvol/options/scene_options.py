@@ -163,6 +163,7 @@ class SceneOptions:
         """Annotation of 8-bit pictures."""
         chosen = self._chosen
         further = {"value_name": chosen.get("value-name", ""), "font": chosen.get("font")}
+        further["measures"] = tuple(chosen.get("measure", ()))
         return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
 
     def load(self) -> Volume:
@@ -234,6 +235,18 @@ class SceneOptions:
             raise InputError(f"--hidden needs mode composite, got mode {self.mode}")
         return hides
 
+    def _added(self, volume: Volume) -> tuple[AddedVolume, ...]:
+        """Return the further volumes in the world of the first one."""
+        before = len(self._channels)
+        further = [(number, *each) for number, each in enumerate(self._channels)]
+        further += [(before + number, choice, each) for number, choice, each in self._further]
+        return tuple(choice.added_to(volume, each, number) for number, choice, each in further)
+
+    def volumes(self) -> tuple[Volume, ...]:
+        """Return all volumes of the scene, read and placed; nothing is made of their looks."""
+        volume = self.load()
+        return (volume, *(each.volume for each in self._added(volume)))
+
     def series(self) -> TimeSeries:
         """Return all time steps of the volume, not yet `placed`."""
         from texvol.formats.readers import TimeSeries
@@ -260,11 +273,7 @@ class SceneOptions:
         `in_8_bits` is the kind of picture, which decides on the air if no option does. Without `lit_by_default` there
         is only the light that options ask for, for what cannot draw light.
         """
-        chosen = self._chosen
-        before = len(self._channels)
-        further = [(number, *each) for number, each in enumerate(self._channels)]
-        further += [(before + number, choice, each) for number, choice, each in self._further]
-        added = tuple(choice.added_to(volume, each, number) for number, choice, each in further)
+        chosen, added = self._chosen, self._added(volume)
         scene = Scene(
             volume,
             classification=chosen.get("classification", Scene.classification),

@@ -243,7 +243,9 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        return desk.director.at_rest and desk.loading is None and desk.writing is None and not desk.times.pending
+        busy = desk.times.pending or desk.measuring.counting.busy
+        quiet = desk.loading is None and desk.writing is None and not busy
+        return desk.director.at_rest and quiet
 
     @property
     def _begun(self) -> bool:
@@ -300,7 +302,7 @@ class Application:
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
-        if outcome.clicked:
+        if outcome.clicked and not desk.measuring.tool:
             point = first_medium(document.scene, desk.viewport.position(*outcome.clicked))
             if point is not None:
                 document.look(navigation.with_pivot(document.view, point))
@@ -320,7 +322,7 @@ class Application:
         if document is not None and self._minimised:
             return False
         before = director.version
-        director.want(Wanted(document.scene, desk.pixels, document.showing) if document else None, desk.now)
+        director.want(Wanted(document.scene, desk.pixels, document.drawn) if document else None, desk.now)
         if director.version != before and self._changed_at is None:
             self._changed_at = desk.now
         new = director.update(desk.now)

@@ -8,12 +8,23 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, editing, exporting, layout, list_editing, navigation, opening, playing, saving
+from texvol.window import (
+    closing,
+    editing,
+    exporting,
+    layout,
+    list_editing,
+    measure_changes,
+    navigation,
+    opening,
+    playing,
+    saving,
+)
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
 
-TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "File")
+TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "Measure", "File")
 
 
 def run(desk: Desk, command: str) -> None:
@@ -119,4 +130,5 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "picture": exporting.picture,
     "copy": _copy,
     **{name: list_editing.command(name) for name in list_editing.COMMANDS},
+    "measure": measure_changes.run,
 }

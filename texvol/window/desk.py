@@ -17,6 +17,7 @@ from texvol.window.events import Event
 from texvol.window.jobs import Answer
 from texvol.window.layout import Layout
 from texvol.window.loading import Loading
+from texvol.window.measuring import Measuring
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
@@ -117,6 +118,7 @@ class Desk:
     replaced: Replaced = field(default_factory=Replaced)
     has_replaced: bool = False
     own: OwnFiles = field(default_factory=OwnFiles)
+    measuring: Measuring = field(default_factory=Measuring)
     clerk: Painter | None = None
     writing: float | None = None
     orders: list[dict[str, Any]] = field(default_factory=list)

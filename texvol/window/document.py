@@ -19,6 +19,7 @@ from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -67,10 +68,11 @@ class Saved(NamedTuple):
 
 
 class State(NamedTuple):
-    """Scene, and what is switched off in it."""
+    """Scene, what is switched off in it, and its measures."""
 
     scene: Scene
     off: Off = Off()
+    measures: tuple[Measure, ...] = ()
 
 
 class History:
@@ -143,7 +145,7 @@ class Document:
         self.unframed = False
         self._size = size
         self.view = View.of(scene.camera)
-        self.history = History(State(scene, off))
+        self.history = History(State(scene, off, self.measures))
         self.marks: dict[str, Mark | None] = {}  # of the scene's files, as they were read
         self.scene = scene
         self._opened = scene, self.showing, off.volumes
@@ -180,6 +182,18 @@ class Document:
     def off(self) -> Off:
         """Parts that are switched off."""
         return self.history.now.off
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """Measures, a part of the annotation that undo covers."""
+        return self.showing.annotation.measures
+
+    @property
+    def drawn(self) -> Showing:
+        """Presentation that the painting processes draw: the window draws measures over the picture itself."""
+        if not self.measures:
+            return self.showing
+        return replace(self.showing, annotation=replace(self.showing.annotation, measures=()))
 
     @property
     def scenes(self) -> list[Scene]:
@@ -227,24 +241,30 @@ class Document:
         self.look(view)
         self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
 
-    def change(self, stroke: str | None = None, off: Off | None = None, **parts: Any) -> None:
-        """Change parts of the scene, by name, and what is switched off.
+    def change(
+        self, stroke: str | None = None, off: Off | None = None, measures: tuple[Measure, ...] | None = None,
+        **parts: Any,
+    ) -> None:  # fmt: skip
+        """Change parts of the scene, by name, what is switched off, and the measures.
 
         Raises
         ------
         InputError
             If the parts make no valid scene; the previous scene stays.
         """
-        scene = replace(self.scene, **parts)
-        self.history.change(State(scene, self.off if off is None else off), stroke)
+        scene = replace(self.scene, **parts) if parts else self.scene
+        state = State(
+            scene, self.off if off is None else off, self.history.now.measures if measures is None else measures
+        )
+        self.history.change(state, stroke)
         self._become(scene)
 
     def at_step(self, found: Mapping[Volume, Volume]) -> None:
         """Replace volumes by those of another time step, everywhere: no step of the history, and no unsaved change."""
         history, of = self.history, Stepper(found).scene
         for states in (history.past, history.future):
-            states[:] = [State(of(each.scene), each.off) for each in states]
-        history.now = State(of(history.now.scene), history.now.off)
+            states[:] = [each._replace(scene=of(each.scene)) for each in states]
+        history.now = history.now._replace(scene=of(history.now.scene))
         self._opened = (of(self._opened[0]), *self._opened[1:])
         if self.saved is not None:
             self.saved = self.saved._replace(scene=of(self.saved.scene))
@@ -267,6 +287,8 @@ class Document:
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
         before, self.scene = self.scene, scene
+        if self.history.now.measures != self.measures:
+            self.show(annotation=replace(self.showing.annotation, measures=self.history.now.measures))
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
             if np.array_equal(one, other):

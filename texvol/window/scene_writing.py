@@ -199,7 +199,9 @@ def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
 def _annotation(annotation: Annotation) -> dict[str, Any]:
     parts = [part for part in PARTS if getattr(annotation, part.replace("-", "_"))]
     texts = {"title": annotation.title, "value-name": annotation.value_name, "font": annotation.font}
-    return {"annotate": ",".join(parts) or None} | {key: str(text) if text else None for key, text in texts.items()}
+    found: dict[str, Any] = {key: str(text) if text else None for key, text in texts.items()}
+    measures = [each.as_table() for each in annotation.measures]
+    return {"annotate": ",".join(parts) or None} | found | {"measure": measures or None}
 
 
 def _toml(value: Any) -> str:

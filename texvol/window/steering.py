@@ -57,6 +57,9 @@ BINDINGS = (
     Binding(("i",), "probe", "show value and extinction at the cursor"),
     Binding(("l",), "slices", "show slices"),
     Binding(("g",), "layout", "slices beside the 3D view, or the 3D view alone"),
+    Binding(("m",), "tab Measure", "measure lengths, angles, boxes and profiles"),
+    Binding(("delete",), "measure delete", "remove the selected measure"),
+    Binding(("ctrl+m",), "measure copy", "copy all measures as CSV"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),
 )

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from imgui_bundle import imgui
 
@@ -19,6 +20,8 @@ from texvol.window.panels import (
     files,
     grips,
     light,
+    measure,
+    measure_marks,
     medium,
     overlay,
     parts,
@@ -29,7 +32,8 @@ from texvol.window.panels import (
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
-_TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
+# Of a button's padding, and of the usual spacing: all tab names fit beside each other, with the dot of unsaved changes.
+_TAB_PADDING, _BETWEEN_TABS = 0.25, 0.2
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
 _EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
@@ -41,6 +45,7 @@ _TABS: dict[str, Callable[[Desk, Document], None]] = {
     "Light": light.show,
     "Cut": cut.show,
     "Slices": slices.show,
+    "Measure": measure.show,
 }
 assert (*_TABS, "File") == TABS
 
@@ -58,6 +63,7 @@ def show(desk: Desk) -> None:
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
+    measure_marks.act(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
@@ -71,6 +77,7 @@ def picture(desk: Desk) -> None:
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
     planes.draw(desk)
+    measure_marks.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
@@ -111,6 +118,18 @@ def _edge(desk: Desk) -> None:
     imgui.set_cursor_pos(corner)
 
 
+@contextmanager
+def _narrow_tabs() -> Iterator[None]:
+    """Leave less room around the names of tabs, and between them."""
+    style = imgui.get_style()
+    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
+    between = imgui.ImVec2(_BETWEEN_TABS * style.item_inner_spacing.x, style.item_inner_spacing.y)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+    imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
+    yield
+    imgui.pop_style_var(2)
+
+
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
     left = desk.layout.area.x + desk.layout.area.width
@@ -126,19 +145,16 @@ def _sidebar(desk: Desk) -> None:
     _edge(desk)
     lines = overlay.status_lines(desk)
     status = overlay.status_height(desk, lines)
-    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
-    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-    begun = imgui.begin_tab_bar("tabs")
-    imgui.pop_style_var()
+    with _narrow_tabs():
+        begun = imgui.begin_tab_bar("tabs")
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
         for name in TABS:
             # Integers, because imgui's enumeration has no member for "no flags".
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
-            imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-            shown, _ = imgui.begin_tab_item(name, None, how)
-            imgui.pop_style_var()
+            with _narrow_tabs():
+                shown, _ = imgui.begin_tab_item(name, None, how)
             if shown:
                 _tab(name, desk, status)
                 imgui.end_tab_item()

@@ -93,6 +93,8 @@ TIPS = {
         "button to move the slice, with the right button to change window and level; turn the wheel to go through\n"
         "the slices, with ctrl to zoom; double click to enlarge it."
     ),
+    # Measure
+    "##shown measure": "drawn into pictures, or only listed",
     # File
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
