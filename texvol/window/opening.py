@@ -12,7 +12,7 @@ from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import contents
+from texvol.window import contents, recent_looks
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import with_file, with_own
@@ -31,7 +31,8 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
     if kind == "transfer function" and desk.document is not None:
         scene = desk.document.scene
         volume = scene.volume
-        desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume))))
+        if desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume)))):
+            recent_looks.add(path)
     elif kind == "mesh":
         add(desk, path)
     else:

@@ -4,33 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
 from imgui_bundle import imgui
 
-from texvol.scene.display import straight_colors
-from texvol.scene.label_counts import label_counts
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.labels import OPACITY, LabelLook, label_function
-from texvol.scene.volume import Volume
 from texvol.window import editing
 from texvol.window.desk import Desk
-from texvol.window.navigation import triple
+from texvol.window.labels_look import look_of_labels as look_of
 from texvol.window.panels import parts
 
 _MOST = 400  # rows
-
-
-def look_of(medium: TransferFunction, volume: Volume) -> LabelLook:
-    """Return the colour of each label, and its opacity over one smallest spacing."""
-    labels = label_counts(volume).labels
-    optics = medium.classify(labels.astype(np.float64))
-    opacities = np.clip(editing.opacity_of(optics.extinction, volume.smallest_spacing), 0, 1)
-    colors = np.clip(straight_colors(medium, labels.astype(np.float64)), 0, 1)
-    names = labels.tolist()
-    return LabelLook(
-        dict(zip(names, opacities.tolist(), strict=True)), dict(zip(names, map(triple, colors), strict=True))
-    )
 
 
 def show(desk: Desk, scene: Scene, medium: TransferFunction, number: int) -> None:
