@@ -36,7 +36,7 @@ class Frame:
     top: float
     width: float
     height: float
-    headroom: float = 0.06  # of opacity, above 1
+    headroom: float = 0.06  # of opacity, above 1: for a line of text
 
     def x(self, value: float) -> float:
         """Return the x coordinate of a value."""

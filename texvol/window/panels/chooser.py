@@ -16,7 +16,7 @@ from texvol.window.strips import Pixels
 
 _STRIP = 0.36  # of a row's width
 _TALL = 18.0  # of a strip in a list, in window coordinates at scale 1, as are the following
-_LOWEST, _WIDEST = 180.0, 460.0  # of a list
+_LOWEST, _NARROWEST, _WIDEST = 180.0, 200.0, 460.0  # height and width of a list
 _MARKED, _FRAME = 0xFF_FF_B8_73, 0xFF_50_48_42  # ABGR
 _ARROWS = {imgui.Key.down_arrow: 1, imgui.Key.up_arrow: -1}
 
@@ -126,14 +126,12 @@ def _by_keys(listing: Listing, found: Sequence[Entry]) -> str | None:
 
 def _place() -> None:
     """Place the list below the last control, in the height that the window has left."""
-    scale, least, most = parts.scale(), imgui.get_item_rect_min(), imgui.get_item_rect_max()
-    display = imgui.get_io().display_size
-    below = display.y - most.y - 8 * scale
-    height = max(below, min(_LOWEST * scale, display.y))
-    width = min(imgui.get_content_region_avail().x, _WIDEST * scale)
-    left = min(imgui.get_window_pos().x + imgui.get_style().window_padding.x, least.x)
-    imgui.set_next_window_pos(imgui.ImVec2(left, min(most.y + 2 * scale, display.y - height)))
-    imgui.set_next_window_size(imgui.ImVec2(max(width, 200 * scale), height))
+    scale, above = parts.scale(), imgui.get_item_rect_max().y
+    display, left = imgui.get_io().display_size, imgui.get_cursor_screen_pos().x
+    height = max(display.y - above - 8 * scale, min(_LOWEST * scale, display.y))
+    width = max(min(imgui.get_content_region_avail().x, _WIDEST * scale), _NARROWEST * scale)
+    imgui.set_next_window_pos(imgui.ImVec2(left, min(above + 2 * scale, display.y - height)))
+    imgui.set_next_window_size(imgui.ImVec2(width, height))
 
 
 def _row(desk: Desk, label: str, entry: Entry, sheet: Sheet, marked: bool, fault: str | None) -> bool:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from imgui_bundle import imgui
 
+from texvol.scene.air import hounsfield_by
 from texvol.scene.display import number_colors
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction, adjusting
@@ -104,7 +105,7 @@ def _curve(desk: Desk, document: Document, state: MediumState, medium: TransferF
         # The range of the histogram is extended to the curve's ends, so that all points can be reached.
         low, high = histogram.edges[[0, -1]].tolist()
         state.bounds_of, canvas.bounds = medium, (min(low, ends[0]), max(high, ends[1]))
-    texts = f"opacity of {state.length:.3g} {volume.unit or 'units'}", "value"
+    texts = f"opacity over {state.length:.3g} {volume.unit or 'units'}", _values_of(volume)
     outcome, frame = plot.show(canvas, histogram, medium, state.length, _room(), texts)
     if outcome.opens:
         point.open_at(canvas, frame, medium, state.length)
@@ -120,11 +121,17 @@ def _curve(desk: Desk, document: Document, state: MediumState, medium: TransferF
         _set(desk, number, lambda: lineage.adjusted(medium, wanted), "curve")
 
 
+def _values_of(volume: Volume) -> str:
+    """Return the name of a volume's values."""
+    return "HU" if hounsfield_by(volume) == "file" else "value"
+
+
 def _room() -> float:
     """Return the height that the tab leaves for the plot."""
     style, scale = imgui.get_style(), parts.scale()
     below = axis.height() + _ROWS * imgui.get_frame_height_with_spacing() + 2 * style.item_spacing.y
-    return max(imgui.get_content_region_avail().y - below, plot.LOWEST * scale)
+    # Scrolling moves the cursor up and adds to what seems to be left.
+    return max(imgui.get_content_region_avail().y - imgui.get_scroll_y() - below, plot.LOWEST * scale)
 
 
 def _wheel(desk: Desk, document: Document, canvas: Canvas, edited: TransferFunction, medium: TransferFunction) -> None:
@@ -161,7 +168,7 @@ def _whole(desk: Desk, state: MediumState, medium: TransferFunction, number: int
             _set(desk, number, lambda: lineage.adjusted(medium, factor=wanted))
         else:
             desk.say(f"opacity must be a factor from 0 to 1e6, got {wanted:g}", fault=True)
-    imgui.same_line()
+    imgui.same_line(2 * (width + imgui.get_style().item_spacing.x))
     state.canvas.logarithmic = parts.switch("log", state.canvas.logarithmic)
     imgui.set_next_item_width(width)
     length = parts.number(f"opacity is per ({state.volume.unit or 'units'})", state.length)

@@ -24,11 +24,11 @@ _POINT = 5.5
 _REACH = 10.0
 _STILL = 4.0  # a button that is released nearer than that to where it was pressed has clicked
 _LEFT = 24.0  # margin, for the opacities
-_COLUMN = 2.0  # width of a column of the filled area
-_TICK = 64.0  # least distance of ticks
+_TICK = 52.0  # least distance of ticks
 _BEHIND, _GRID, _HISTOGRAM, _CURVE = 0xFF_1A_17_16, 0xFF_2C_28_26, 0x90_86_78_6C, 0xFF_FA_F6_F2  # ABGR
 _RING, _CHOSEN, _END, _HELD = 0xFF_D2_C8_C0, 0xFF_FF_FF_FF, 0x80_CC_90_5C, 0xFF_FF_B8_73
 _AREA = 0x8C << 24
+_COLUMNS = 512  # of the filled area, at most
 _CURSORS = {
     "point": imgui.MouseCursor_.hand, "low": imgui.MouseCursor_.resize_ew, "high": imgui.MouseCursor_.resize_ew,
     "curve": imgui.MouseCursor_.resize_all, "empty": imgui.MouseCursor_.arrow,
@@ -82,10 +82,12 @@ def show(
     below = imgui.get_text_line_height() + 4 * scale
     span = canvas.bounds[1] - canvas.bounds[0]
     shown = canvas.shown or (canvas.bounds[0] - 0.02 * span, canvas.bounds[1] + 0.02 * span)
+    tall = max(height - below, 2 * below)
     frame = Frame(
-        shown, corner.x + _LEFT * scale, corner.y, max(width - _LEFT * scale, 1.0), max(height - below, 1.0)
+        shown, corner.x + _LEFT * scale, corner.y, max(width - _LEFT * scale, 1.0), tall, below / (tall - below)
     )  # fmt: skip
     imgui.invisible_button("plot", imgui.ImVec2(max(width, 1.0), max(height, 1.0)))
+    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel does not scroll the panel
     outcome = _heard(canvas, frame, medium, length)
     draw = imgui.get_window_draw_list()
     end = imgui.ImVec2(frame.left + frame.width, frame.top + frame.height)
@@ -214,8 +216,9 @@ def _columns(draw: imgui.ImDrawList, frame: Frame, histogram: Histogram, logarit
     heights, edges = histogram.heights(logarithmic), histogram.edges
     inside = (edges[1:] > frame.shown[0]) & (edges[:-1] < frame.shown[1]) & (heights > 0)
     bottom = frame.y(0.0)
-    lefts = np.array([frame.x(edge) for edge in edges[:-1][inside]])
-    rights = np.array([frame.x(edge) for edge in edges[1:][inside]])
+    # Whole pixels, so that columns of equal width look alike.
+    lefts = np.round([frame.x(edge) for edge in edges[:-1][inside]])
+    rights = np.round([frame.x(edge) for edge in edges[1:][inside]])
     tops = [frame.y(height) for height in heights[inside]]
     for left, right, top in zip(lefts.tolist(), rights.tolist(), tops, strict=True):
         draw.add_rect_filled(imgui.ImVec2(left, top), imgui.ImVec2(right, bottom), _HISTOGRAM)
@@ -223,23 +226,24 @@ def _columns(draw: imgui.ImDrawList, frame: Frame, histogram: Histogram, logarit
 
 def _area(draw: imgui.ImDrawList, frame: Frame, medium: TransferFunction, length: float) -> None:
     """Draw the curve, and the area below it in its colours."""
-    count = max(int(frame.width / (_COLUMN * parts.scale())), 2)
-    at_points = np.concatenate([medium.values, np.nextafter(medium.values, -np.inf)])
-    values = np.concatenate([np.linspace(*frame.shown, count + 1), at_points])
-    values = np.unique(values[(values >= frame.shown[0]) & (values <= frame.shown[1])])
-    heights = opacity_of(medium.at(values)[:, 3], length)
-    xs, ys = [frame.x(value) for value in values.tolist()], [frame.y(height) for height in heights.tolist()]
-    middles = (values[:-1] + values[1:]) / 2
+    count = int(np.clip(frame.width / parts.scale(), 2, _COLUMNS))
+    middles = frame.shown[0] + (np.arange(count) + 0.5) / count * (frame.shown[1] - frame.shown[0])
     shown = np.rint(255 * srgb_from_linear(np.clip(straight_colors(medium, middles), 0, 1))).astype(np.int64)
     colors = (_AREA | shown[:, 2] << 16 | shown[:, 1] << 8 | shown[:, 0]).tolist()
+    tops = [frame.y(height) for height in opacity_of(medium.at(middles)[:, 3], length).tolist()]
+    # Whole pixels, so that columns leave no gaps.
+    edges = np.round(frame.left + np.arange(count + 1) / count * frame.width).tolist()
     bottom = frame.y(0.0)
-    for number, color in enumerate(colors):
-        if min(ys[number], ys[number + 1]) < bottom:
-            draw.add_quad_filled(
-                imgui.ImVec2(xs[number], ys[number]), imgui.ImVec2(xs[number + 1], ys[number + 1]),
-                imgui.ImVec2(xs[number + 1], bottom), imgui.ImVec2(xs[number], bottom), color,
-            )  # fmt: skip
-    line: list[Any] = [imgui.ImVec2(x, y) for x, y in zip(xs, ys, strict=True)]
+    for left, right, top, color in zip(edges, edges[1:], tops, colors, strict=False):
+        if top < bottom:
+            draw.add_rect_filled(imgui.ImVec2(left, top), imgui.ImVec2(right, bottom), color)
+    at_points = np.concatenate([medium.values, np.nextafter(medium.values, -np.inf)])
+    values = np.unique(np.concatenate([middles, frame.shown, at_points]))
+    values = values[(values >= frame.shown[0]) & (values <= frame.shown[1])]
+    heights = opacity_of(medium.at(values)[:, 3], length).tolist()
+    line: list[Any] = [
+        imgui.ImVec2(frame.x(value), frame.y(height)) for value, height in zip(values.tolist(), heights, strict=True)
+    ]
     draw.add_polyline(line, _CURVE, 1.6 * parts.scale(), 0)
 
 
@@ -250,7 +254,7 @@ def _ends(draw: imgui.ImDrawList, frame: Frame, canvas: Canvas, ends: Ends) -> N
         over = canvas.over is not None and canvas.over.kind == kind
         x = frame.x(end)
         color = _HELD if held or over else _END
-        top, bottom = imgui.ImVec2(x, frame.top), imgui.ImVec2(x, frame.y(0.0))
+        top, bottom = imgui.ImVec2(x, frame.y(1.0)), imgui.ImVec2(x, frame.y(0.0))
         draw.add_line(top, bottom, color, (2.0 if over else 1.0) * parts.scale())
 
 
@@ -284,9 +288,7 @@ def _texts(
         text = f"at {rounding.plain(value)}: opacity {opacity:.2f}"
     scale = parts.scale()
     size = imgui.calc_text_size(text)
-    at = imgui.ImVec2(frame.left + frame.width - size.x - 6 * scale, frame.top + 3 * scale)
-    end = imgui.ImVec2(at.x + size.x + 3 * scale, at.y + size.y)
-    draw.add_rect_filled(imgui.ImVec2(at.x - 3 * scale, at.y), end, 0xB0_1A_17_16, 3 * scale)
+    at = imgui.ImVec2(frame.left + frame.width - size.x - 6 * scale, frame.top + 2 * scale)
     draw.add_text(at, imgui.get_color_u32(imgui.Col_.text), text)
 
 
