@@ -106,7 +106,7 @@ def test_commands_choose_looks_colours_and_opacity_and_undo_takes_them_back(tmp_
     after = done(desk, "look ct-tissues", "colours inferno", "opacity peak").scene
     medium = after.transfer_function
     found = lineage.lineage_of(medium)
-    assert (found.title, found.colors.name) == ("ct-tissues (changed)", "inferno")
+    assert (found.title, found.colors.name) == ("ct-tissues *", "inferno")
     assert len(lineage.layers_of(medium).curve.points) == 3
     assert desk.document is not None and desk.document.unsaved
     seen = [done(desk, "undo").scene.transfer_function for _ in range(3)]

@@ -20,6 +20,7 @@ MOST_OPACITY = 0.9999  # by dragging: a switch makes a point opaque
 ENOUGH = 40  # points: more points would overlap
 _OPAQUE_FROM = 0.98  # an opaque point stays opaque until it is dragged below
 _LEAST_WIDTH = 1e-3  # of the shown range
+_ONE_PLACE = 0.5  # pixels
 _PULLED = (0.02, 0.98)  # opacities at which a drag can pull the curve
 _NOTCH = 1.1  # width by one notch of the wheel
 _EXTENT = 1 / 3  # of the plot: a drag this long multiplies by e
@@ -81,7 +82,7 @@ def hit(frame: Frame, medium: TransferFunction, length: float, at: tuple[float, 
     if len(points) <= ENOUGH:
         away = [np.hypot(frame.x(p.value) - x, frame.y(float(opacity_of(p.extinction, length))) - y) for p in points]
         # Of points in one place the last one, which is drawn on top.
-        nearest = len(points) - 1 - int(np.argmin(away[::-1]))
+        nearest = int(np.flatnonzero(np.array(away) <= min(away) + _ONE_PLACE)[-1])
         if away[nearest] <= reach:
             return Hit("point", nearest)
     low, high = adjusting.ends(medium)

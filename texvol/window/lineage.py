@@ -54,8 +54,8 @@ class Lineage:
 
     @property
     def title(self) -> str:
-        """Name, and that the look has been changed."""
-        return f"{self.name} (changed)" if self.changed else self.name
+        """Name, with * if the look has been changed."""
+        return f"{self.name} *" if self.changed else self.name
 
 
 _KNOWN: WeakKeyDictionary[TransferFunction, Lineage] = WeakKeyDictionary()

@@ -16,7 +16,7 @@ TIPS = {
     "centre": "number that is shown as middle grey",
     "width": "distance from black to white",
     "##volume": "volume whose transfer function is edited",
-    "##look": "look of the volume: choose another one from a list",
+    "##look": "look of the volume, with * if it was changed; choose another one from a list",
     "##colours": "colours, from a list of colour maps; the opacity stays",
     "##opacity": "opacity, from a list of shapes; the colours stay",
     "reversed": "the colours of the high end come to the low end",
