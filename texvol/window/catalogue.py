@@ -106,19 +106,19 @@ class Catalogue:
             try:
                 if entry.group == LABELS:
                     self.sheet.put(entry.key, strips.of_list(color_list(entry.key).tolist()))
-                    continue
-                look = self._look(entry.key)
-                self._draw(OF_LOOK + entry.key, look.transfer_function)
-                self.sheet.put(entry.key, strips.of_medium(look.transfer_function, self._length))
-                self.looks[entry.key] = look
+                else:
+                    self._add(entry.key, self._look(entry.key))
             except Exception as error:  # a file may hold anything; the list says so
                 self.faults[entry.key] = " ".join(str(error).split()) or repr(error)
             self._wake()
 
-    def _draw(self, key: str, medium: TransferFunction) -> None:
-        """Add the strips of colours and opacities of a look."""
-        self.maps.put(key, strips.of_stops(lineage.palette_of(medium)))
-        self.shapes.put(key, strips.of_opacity(medium, self._length))
+    def _add(self, key: str, look: Look) -> None:
+        """Add a look, and the strips of all of it, of its colours and of its opacity."""
+        medium = look.transfer_function
+        self.maps.put(OF_LOOK + key, strips.of_stops(lineage.palette_of(medium)))
+        self.shapes.put(OF_LOOK + key, strips.of_opacity(medium, self._length))
+        self.sheet.put(key, strips.of_medium(medium, self._length))
+        self.looks[key] = look
 
     def _look(self, key: str) -> Look:
         if key == OPENED and self._opened is not None:

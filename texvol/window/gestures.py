@@ -90,10 +90,8 @@ def hit(frame: Frame, medium: TransferFunction, length: float, at: tuple[float, 
         for kind, end in (("low", low), ("high", high)):
             if abs(frame.x(end) - x) <= reach / 2:
                 return Hit("low" if kind == "low" else "high")
-    value = frame.value(x)
-    if low < value < high and y >= frame.y(float(opacity_of(medium.at(value)[3], length))) - reach / 2:
-        return Hit("curve")
-    return Hit("empty")
+    top, bottom = frame.y(float(opacity_of(medium.at(frame.value(x))[3], length))), frame.y(0.0)
+    return Hit("curve") if y >= top - reach / 2 and bottom - top > reach / 2 else Hit("empty")
 
 
 @dataclass(frozen=True)

@@ -80,7 +80,7 @@ def choice(
     """
     if not imgui.is_popup_open(label):
         return None
-    _place()
+    _place(entries, 1 if top is None else 2)
     if not imgui.begin_popup(label):
         return None
     imgui.push_item_width(-1)
@@ -124,21 +124,29 @@ def _by_keys(listing: Listing, found: Sequence[Entry]) -> str | None:
     return None
 
 
-def _place() -> None:
-    """Place the list below the last control, in the height that the window has left."""
+def _place(entries: Sequence[Entry], rows: int) -> None:
+    """Place the list below the last control, as high as its entries and rows of controls, if the window is."""
+    style = imgui.get_style()
+    needed = rows * imgui.get_frame_height_with_spacing() + 2 * style.window_padding.y
+    needed += len({each.group for each in entries}) * imgui.get_text_line_height_with_spacing()
+    needed += (len(entries) + 1) * (_row_height() + style.item_spacing.y)
     scale, above = parts.scale(), imgui.get_item_rect_max().y
     display, left = imgui.get_io().display_size, imgui.get_cursor_screen_pos().x
-    height = max(display.y - above - 8 * scale, min(_LOWEST * scale, display.y))
+    height = min(max(display.y - above - 8 * scale, min(_LOWEST * scale, display.y)), needed)
     width = max(min(imgui.get_content_region_avail().x, _WIDEST * scale), _NARROWEST * scale)
     imgui.set_next_window_pos(imgui.ImVec2(left, min(above + 2 * scale, display.y - height)))
     imgui.set_next_window_size(imgui.ImVec2(width, height))
+
+
+def _row_height() -> float:
+    return float(max(_TALL * parts.scale(), imgui.get_text_line_height()) + 4 * parts.scale())
 
 
 def _row(desk: Desk, label: str, entry: Entry, sheet: Sheet, marked: bool, fault: str | None) -> bool:
     """Show an entry; return True if it is clicked."""
     scale, style = parts.scale(), imgui.get_style()
     tall, width = _TALL * scale, imgui.get_content_region_avail().x
-    height = max(tall, imgui.get_text_line_height()) + 4 * scale
+    height = _row_height()
     corner = imgui.get_cursor_screen_pos()
     imgui.push_id(entry.key)
     pressed = bool(imgui.selectable("##row", marked, 0, imgui.ImVec2(width, height))[0])
