@@ -69,14 +69,14 @@ class Frame:
 
 @dataclass(frozen=True)
 class Hit:
-    """What the mouse is at: a point by its `index`, an end of the curve, the area below it, or none of them."""
+    """Part of the plot under the mouse: a point by its `index`, an end of the curve, the area below it, or none."""
 
     kind: Kind
     index: int = -1
 
 
 def hit(frame: Frame, medium: TransferFunction, length: float, at: tuple[float, float], reach: float) -> Hit:
-    """Return what is at a point of the window."""
+    """Return the part of the plot at a point of the window."""
     x, y = at
     points = lineage.layers_of(medium).curve.points
     if len(points) <= ENOUGH:
