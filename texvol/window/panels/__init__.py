@@ -110,7 +110,10 @@ def _sidebar(desk: Desk) -> None:
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
     flags = (
-        imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_bring_to_front_on_focus
+        imgui.WindowFlags_.no_decoration
+        | imgui.WindowFlags_.no_move
+        | imgui.WindowFlags_.no_bring_to_front_on_focus
+        | imgui.WindowFlags_.no_scroll_with_mouse
     )
     style = imgui.get_style()
     rounding, style.window_rounding = style.window_rounding, 0.0

@@ -18,7 +18,7 @@ from texvol.window.ranges import Ends, Hold
 _BAR = 12.0  # height, in window coordinates at scale 1, as are the following
 _TRACK = 16.0  # height
 _HANDLE = 5.0  # half the width
-_REACH = 8.0
+REACH = 8.0
 _LEAST = 1e-3  # of the histogram's range: a curve of width 0 could not be widened again
 _GROOVE, _RANGE, _KNOB, _HELD = 0xFF_36_30_2E, 0xFF_90_68_40, 0xFF_CC_90_5C, 0xFF_FF_B8_73  # ABGR
 
@@ -59,7 +59,7 @@ def track(axis: Axis, state: dict[str, Any], ends: Ends, bounds: Ends, rounded: 
     if not (ends[1] > ends[0] and axis.width > 0):
         imgui.dummy(imgui.ImVec2(1, height))
         return ends
-    aside = _REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
+    aside = REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
     imgui.set_cursor_screen_pos(imgui.ImVec2(axis.left - aside, start.y))
     imgui.invisible_button("range track", imgui.ImVec2(axis.width + 2 * aside, height))
     imgui.set_item_tooltip("drag an end of the range, or the whole range")

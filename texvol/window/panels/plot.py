@@ -16,7 +16,7 @@ from texvol.window import gestures, lineage
 from texvol.window.editing import opacity_of
 from texvol.window.gestures import Drag, Frame, Hit
 from texvol.window.histogram import Histogram
-from texvol.window.panels import parts
+from texvol.window.panels import axis, parts
 from texvol.window.ranges import Ends
 
 LOWEST = 110.0  # height, in window coordinates at scale 1, as are the following
@@ -29,6 +29,12 @@ _BEHIND, _GRID, _HISTOGRAM, _CURVE = 0xFF_1A_17_16, 0xFF_2C_28_26, 0x90_86_78_6C
 _RING, _CHOSEN, _END, _HELD = 0xFF_D2_C8_C0, 0xFF_FF_FF_FF, 0x80_CC_90_5C, 0xFF_FF_B8_73
 _AREA = 0x8C << 24
 _COLUMNS = 512  # of the filled area, at most
+_HELP = """click: add a point; on a point: edit it
+drag a point: move it; right click: remove it
+drag the area below the curve: shift it, or multiply its opacity
+with shift, or by the wheel: change its width
+drag a line at its end: move that end
+ctrl + wheel: enlarge the plot; drag beside the curve: move it"""
 _CURSORS = {
     "point": imgui.MouseCursor_.hand, "low": imgui.MouseCursor_.resize_ew, "high": imgui.MouseCursor_.resize_ew,
     "curve": imgui.MouseCursor_.resize_all, "empty": imgui.MouseCursor_.arrow,
@@ -84,7 +90,8 @@ def show(
     shown = canvas.shown or (canvas.bounds[0] - 0.02 * span, canvas.bounds[1] + 0.02 * span)
     tall = max(height - below, 2 * below)
     frame = Frame(
-        shown, corner.x + _LEFT * scale, corner.y, max(width - _LEFT * scale, 1.0), tall, below / (tall - below)
+        shown, corner.x + _LEFT * scale, corner.y, max(width - (_LEFT + axis.REACH) * scale, 1.0), tall,
+        below / (tall - below),
     )  # fmt: skip
     imgui.invisible_button("plot", imgui.ImVec2(max(width, 1.0), max(height, 1.0)))
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel does not scroll the panel
@@ -100,6 +107,7 @@ def show(
     draw.pop_clip_rect()
     _points(draw, canvas, frame, medium, length)
     _texts(draw, canvas, frame, medium, length, texts[0])
+    _help(draw, corner, frame)
     return outcome, frame
 
 
@@ -290,6 +298,17 @@ def _texts(
     size = imgui.calc_text_size(text)
     at = imgui.ImVec2(frame.left + frame.width - size.x - 6 * scale, frame.top + 2 * scale)
     draw.add_text(at, imgui.get_color_u32(imgui.Col_.text), text)
+
+
+def _help(draw: imgui.ImDrawList, corner: imgui.ImVec2, frame: Frame) -> None:
+    """Draw a question mark in the lower left corner, with a tooltip that says what the mouse does in the plot."""
+    mouse, scale, line = imgui.get_io().mouse_pos, parts.scale(), imgui.get_text_line_height()
+    top, right = frame.top + frame.height, corner.x + _LEFT * scale
+    over = imgui.is_item_hovered() and mouse.x < right and mouse.y >= top - line
+    color = imgui.Col_.text if over else imgui.Col_.text_disabled
+    draw.add_text(imgui.ImVec2(corner.x + 4 * scale, top + 2 * scale), imgui.get_color_u32(color), "?")
+    if over:
+        imgui.set_tooltip(_HELP)
 
 
 def _said(drag: Drag, medium: TransferFunction, canvas: Canvas, length: float) -> str:
