@@ -78,12 +78,6 @@ class MapChoice:
         stops = tuple((1 - at, color) for at, color in reversed(self.stops)) if self.reversed else self.stops
         return stepped(stops, self.levels) if self.levels else stops
 
-    @property
-    def title(self) -> str:
-        """Name, and how the map is shown."""
-        steps = f", {self.levels} steps" if self.levels else ""
-        return self.name + ", reversed" * self.reversed + steps
-
 
 @cache
 def map_stops(name: str) -> tuple[Stop, ...]:

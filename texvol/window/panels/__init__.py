@@ -29,6 +29,8 @@ _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is 
 _TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
+_FLAGS = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_scroll_with_mouse
+_FLAGS |= imgui.WindowFlags_.no_bring_to_front_on_focus
 _EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
@@ -109,15 +111,9 @@ def _sidebar(desk: Desk) -> None:
     left = desk.viewport.x + desk.viewport.width
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
-    flags = (
-        imgui.WindowFlags_.no_decoration
-        | imgui.WindowFlags_.no_move
-        | imgui.WindowFlags_.no_bring_to_front_on_focus
-        | imgui.WindowFlags_.no_scroll_with_mouse
-    )
     style = imgui.get_style()
     rounding, style.window_rounding = style.window_rounding, 0.0
-    imgui.begin("panels", None, flags)
+    imgui.begin("panels", None, _FLAGS)
     style.window_rounding = rounding
     _edge(desk)
     lines = overlay.status_lines(desk)

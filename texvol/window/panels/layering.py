@@ -37,7 +37,7 @@ def show(
     """Show colours and opacity side by side, each with the list that others are chosen from."""
     choice = lineage.lineage_of(medium).colors
     width = (imgui.get_content_region_avail().x - imgui.get_style().item_spacing.x) / 2
-    key, title = medium, "colours" if choice is None else choice.title
+    key, title = medium, "colours" if choice is None else choice.name
     if chooser.button(desk, "colours", title, key, lambda: strips.of_stops(lineage.palette_of(medium)), width):
         chooser.open_list(_MAPS, state.maps, "" if choice is None else choice.name)
     if imgui.is_popup_open(_MAPS):
