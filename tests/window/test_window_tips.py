@@ -25,7 +25,7 @@ def labels() -> Iterator[str]:
                 label = node.args[0]
                 if isinstance(label, ast.Constant):
                     yield str(label.value)
-                elif isinstance(label, ast.JoinedStr) and path.name == "medium.py":
+                elif isinstance(label, ast.JoinedStr) and path.name in ("medium.py", "point.py"):
                     yield "".join(
                         str(part.value) if isinstance(part, ast.Constant) else "units" for part in label.values
                     )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
+from texvol.scene.transfer import PRESETS
 from texvol.window import (
+    choosing,
     closing,
     editing,
     exporting,
@@ -20,9 +22,11 @@ from texvol.window import (
     playing,
     saving,
 )
+from texvol.window.color_maps import NAMES
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
+from texvol.window.opacity_shapes import SHAPES
 
 TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "Measure", "File")
 
@@ -57,8 +61,10 @@ def _bring(desk: Desk, tab: str) -> None:
     desk.preferences = replace(desk.preferences, panels=True, tab=tab)
 
 
-_ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
-_ONE_OF["layout"] = ("", *layout.MODES)
+_ONE_OF: dict[str, Collection[str]] = {
+    "axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS,
+    "look": PRESETS, "colours": NAMES, "opacity": tuple(SHAPES), "layout": ("", *layout.MODES),
+}  # fmt: skip
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
     "panels": lambda desk, _: _toggle(desk, "panels"),
@@ -126,6 +132,9 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "mask": _mask,
     "mode": lambda desk, document, mode: desk.change(**editing.with_mode(document.scene, mode)),
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
+    "look": choosing.look,
+    "colours": choosing.colors,
+    "opacity": choosing.opacity,
     "save": exporting.scene,
     "picture": exporting.picture,
     "copy": _copy,

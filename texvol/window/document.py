@@ -94,6 +94,10 @@ class History:
         """End the stroke: the next change is a new step."""
         self._stroke = None
 
+    def resume(self, stroke: str) -> None:
+        """Go on with a stroke that has ended: the next change of that name belongs to the last step."""
+        self._stroke = stroke if self.past and not self.future else None
+
     def end(self) -> None:
         """Forget undone states: something other than a change of the scene has followed."""
         self.end_stroke()
@@ -163,6 +167,11 @@ class Document:
         """Give a volume of like values the histogram of another one: its own would take longer than a frame."""
         if old in self._histograms:
             self._histograms.setdefault(new, self._histograms[old])
+
+    @property
+    def opened(self) -> Scene:
+        """Scene as it was opened."""
+        return self._opened[0]
 
     @property
     def unsaved(self) -> bool:

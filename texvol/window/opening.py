@@ -15,7 +15,7 @@ from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import contents, label_looks, placing
+from texvol.window import contents, label_looks, placing, recent_looks
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import with_file, with_own
@@ -35,7 +35,8 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
     if kind == "transfer function" and desk.document is not None:
         scene = desk.document.scene
         volume = scene.volume
-        desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume))))
+        if desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume)))):
+            recent_looks.add(path)
     elif kind == "mesh":
         add(desk, path)
     elif kind == "names of labels":

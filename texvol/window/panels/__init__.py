@@ -36,6 +36,8 @@ _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is 
 _TAB_PADDING, _BETWEEN_TABS = 0.25, 0.2
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
+_FLAGS = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_scroll_with_mouse
+_FLAGS |= imgui.WindowFlags_.no_bring_to_front_on_focus
 _EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
@@ -135,12 +137,9 @@ def _sidebar(desk: Desk) -> None:
     left = desk.layout.area.x + desk.layout.area.width
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
-    flags = (
-        imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_bring_to_front_on_focus
-    )
     style = imgui.get_style()
     rounding, style.window_rounding = style.window_rounding, 0.0
-    imgui.begin("panels", None, flags)
+    imgui.begin("panels", None, _FLAGS)
     style.window_rounding = rounding
     _edge(desk)
     lines = overlay.status_lines(desk)
