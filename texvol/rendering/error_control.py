@@ -30,9 +30,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering import forecast
 from texvol.rendering.settings import Settings
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
+from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, NoRoomError
 
 ORDER = 1.0
@@ -331,7 +333,10 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        choice = self._search(scene, size, settings, wanted, self.foresee(scene, size, settings, wanted).begin)
+        begin = self.foresee(scene, size, settings, wanted).begin
+        if progress.is_heard():
+            progress.expect(forecast.of_search(scene, size, settings, begin.rate, begin.reference))
+        choice = self._search(scene, size, settings, wanted, begin)
         if not choice.reached:
             warnings.warn(
                 f"requested error of {wanted:g} not reached: {choice.estimated_error:.2g} by estimate, "

@@ -113,6 +113,7 @@ class Application:
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
+        self._first_size = self._screen.size
 
     def __enter__(self) -> Application:
         return self
@@ -135,6 +136,7 @@ class Application:
         """
         plan = self._plan
         self._arrange()
+        self._first_size = self._screen.size
         if plan.open is not None:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
@@ -145,9 +147,15 @@ class Application:
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
         if not desk.is_played:
-            kept.keep(desk.preferences.width)
+            kept.keep(desk.preferences.width, self._size_to_keep())
         if plan.timings:
             timings.write(plan.timings, self._timed)
+
+    def _size_to_keep(self) -> tuple[int, int] | None:
+        """Return the size of the picture if the user has changed that of the window."""
+        desk, viewport = self._desk, self._desk.viewport
+        same = self._screen.size == self._first_size or desk.preferences.fullscreen
+        return None if same else (round(viewport.width), round(viewport.height))
 
     def frame(self) -> None:
         """Process the events and draw one frame."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, editing, exporting, navigation, opening, saving
+from texvol.window import clipboard, closing, editing, exporting, navigation, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
@@ -84,7 +84,7 @@ def _projection(desk: Desk, document: Document, _: str) -> None:
     document.look(navigation.with_projection(document.view, other, document.scene.box))
 
 
-def _copy(desk: Desk, document: Document, _: str) -> None:
+def _copy_command(desk: Desk, document: Document, _: str) -> None:
     def copy() -> None:
         words = saving.command_line(document, desk.pixels, desk.accuracy)
         desk.copy(shlex.join(words))
@@ -113,5 +113,6 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
     "save": exporting.scene,
     "picture": exporting.picture,
-    "copy": _copy,
+    "copy": lambda desk, document, _: clipboard.copy(desk),
+    "copy-command": _copy_command,
 }

@@ -240,26 +240,31 @@ class Textures:
     """Textures by name, uploaded again if they have changed."""
 
     def __init__(self, gl: Any) -> None:
-        self._gl = gl
+        self.gl = gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
 
     def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
-        """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call.
+        """Return the OpenGL name of a texture, see `texture`."""
+        return int(self.texture(name, key, make).glo)
 
-        Pixels have shape (height, width, 3), top row first; pixels of another size get another texture.
+    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> Any:
+        """Return a texture; `make` returns its pixels if `key` differs from the last call.
+
+        Pixels have shape (height, width, 3) or (height, width, 4), top row first; pixels of another size get another
+        texture.
         """
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
             pixels = make()
-            height, width, _ = pixels.shape
-            if texture is None or texture.size != (width, height):
+            height, width, count = pixels.shape
+            if texture is None or (*texture.size, texture.components) != (width, height, count):
                 if texture is not None:
                     texture.release()
-                texture = self._gl.texture((width, height), 3, alignment=1)
+                texture = self.gl.texture((width, height), count, alignment=1)
                 texture.repeat_x = texture.repeat_y = False
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
-        return int(texture.glo)
+        return texture
 
 
 def key_names(glfw: Any) -> dict[int, str]:

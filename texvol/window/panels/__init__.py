@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
+from texvol.window import clipboard
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
@@ -23,6 +24,8 @@ from texvol.window.panels import (
     overlay,
     parts,
     slices,
+    status,
+    writing,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -49,6 +52,8 @@ def show(desk: Desk) -> None:
     if desk.preferences.help:
         overlay.keys(desk)
     empty.show(desk)
+    writing.show(desk)
+    clipboard.update(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
@@ -60,7 +65,9 @@ def show(desk: Desk) -> None:
 def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
-    if shown is not None and desk.textures is not None:
+    if shown is not None and shown.lacks_annotation:
+        desk.attempt(lambda: desk.moving.draw(desk, shown))
+    elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
@@ -117,8 +124,7 @@ def _sidebar(desk: Desk) -> None:
     imgui.begin("panels", None, flags)
     style.window_rounding = rounding
     _edge(desk)
-    lines = overlay.status_lines(desk)
-    status = overlay.status_height(desk, lines)
+    foot = status.height(desk)
     padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
     imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
     begun = imgui.begin_tab_bar("tabs")
@@ -133,12 +139,9 @@ def _sidebar(desk: Desk) -> None:
             shown, _ = imgui.begin_tab_item(name, None, how)
             imgui.pop_style_var()
             if shown:
-                _tab(name, desk, status)
+                _tab(name, desk, foot)
                 imgui.end_tab_item()
         imgui.end_tab_bar()
-    if lines:
-        imgui.separator()
-        for line in lines:
-            imgui.text_wrapped(line)
+    status.show(desk)
     desk.preferences.tab = ""
     imgui.end()

@@ -11,7 +11,7 @@ from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
-from texvol.window.panels import empty, parts
+from texvol.window.panels import empty, parts, writing
 
 
 def show(desk: Desk) -> None:
@@ -90,8 +90,8 @@ def _saving(desk: Desk, document: Document) -> None:
     parts.steps(desk)
     imgui.same_line()
     if imgui.button("copy command line"):
-        commands.run(desk, "copy")
-    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-c)")
+        commands.run(desk, "copy-command")
+    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-shift-c)")
 
 
 def _picture(desk: Desk, document: Document) -> None:
@@ -107,6 +107,10 @@ def _picture(desk: Desk, document: Document) -> None:
         width, height = state.get("picture size", desk.pixels)
         exporting.picture(desk, document, name, (width, height))
     imgui.set_item_tooltip("write the picture as it is at rest (p)")
+    imgui.same_line()
+    if imgui.button("copy"):
+        commands.run(desk, "copy")
+    imgui.set_item_tooltip("copy the picture of the window, to be pasted elsewhere (ctrl-c)")
 
 
 def _film(desk: Desk, document: Document) -> None:
@@ -119,7 +123,7 @@ def _film(desk: Desk, document: Document) -> None:
     name = _name(desk, "film name", lambda: saving.default_name(document, ".mp4"))
     if desk.writing is not None:
         if imgui.button("stop"):
-            desk.stop_writing()
+            writing.stop(desk)
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
         return
     if imgui.button("save##film"):

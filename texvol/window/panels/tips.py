@@ -73,6 +73,8 @@ TIPS = {
     # Slices
     "level": "value that is shown as middle grey",
     "window": "range of values from black to white",
+    # Foot
+    "details": "error, slabs, size and time of the picture, and what is modelled",
     # File
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
