@@ -48,6 +48,9 @@ _MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times 
 _LEAST_ESTIMATED = 48  # pixels along each side of a small picture: fewer may miss the largest error
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
+_USUAL_ORDER = 1.5  # of the error, for the forecast of a search
+_FORESEEN = 0.25  # fraction of the time of a search that goes into small pictures
+
 AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 Size = tuple[int, int]
@@ -106,6 +109,7 @@ def thickness_for_error(
     finest: float = _FINEST_RATE,
     rounding: Callable[[], float] = lambda: 0.0,
     relative: float = ROUNDING,
+    told: Callable[[float, float], None] = lambda rate, excess: None,
 ) -> Choice:
     """Find the coarsest slab thickness, a power of two of the spacing, with an estimated error of at most `wanted`.
 
@@ -127,6 +131,8 @@ def thickness_for_error(
         Returns the error that the rounding of values adds to the last picture, whatever its slabs.
     relative : float
         Error by all other rounding, relative to the largest number of the picture or 1, see `rounding_of`.
+    told : callable
+        Called with each rate that is not fine enough, and its error relative to `wanted`.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: the search for coarser slabs meets some again
@@ -146,6 +152,7 @@ def thickness_for_error(
         held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # with thicker slabs, samples could lie between two of them
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
+        told(rate, error / wanted)
         # Only the other part of the estimate depends on the slabs of the picture.
         rate = min(rate * 2 ** _fewest_halvings(error - held.own_error, wanted - held.own_error), finest)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
@@ -333,7 +340,8 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        begin = self.foresee(scene, size, settings, wanted).begin
+        with progress.span(_FORESEEN, forecast.of_foreseeing(scene, size)):
+            begin = self.foresee(scene, size, settings, wanted).begin
         if progress.is_heard():
             progress.expect(forecast.of_search(scene, size, settings, begin.rate, begin.reference))
         choice = self._search(scene, size, settings, wanted, begin)
@@ -350,6 +358,12 @@ class ErrorSearch:
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
     ) -> Choice:
         reference = converging(scene)
+
+        def told(rate: float, excess: float) -> None:
+            if progress.is_heard():
+                finer = min(rate * excess ** (1 / _USUAL_ORDER), _FINEST_RATE)
+                progress.expect(forecast.of_search(scene, size, settings, finer, finer))
+
         return thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
             lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
@@ -360,4 +374,5 @@ class ErrorSearch:
             finest=finest_rate(scene),
             rounding=lambda: self._rounding(scene),
             relative=rounding_of(scene),
+            told=told,
         )

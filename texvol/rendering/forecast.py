@@ -62,6 +62,13 @@ def of_picture(scene: Scene, size: Size, accuracy: Mapping[str, Any], *, has_tex
     return drawing + (0.0 if has_textures else of_textures(scene))
 
 
+def of_foreseeing(scene: CompleteScene, size: Size) -> float:
+    """Return about how long the pictures of a sixteenth of the pixels take that a search for an error begins with."""
+    settings = Settings(scene.smallest_spacing, "auto", "auto", 0.0, skip_empty=True)
+    small = max(size[0] // 4, 1), max(size[1] // 4, 1)
+    return of_search(scene, small, settings, 2 * _USUAL_RATE, 2 * _USUAL_RATE)
+
+
 def of_search(scene: CompleteScene, size: Size, settings: Settings, rate: float, reference: float) -> float:
     """Return about how long a search for an error takes that begins at these rates, with textures as they are."""
     spacing = scene.smallest_spacing

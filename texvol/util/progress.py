@@ -10,7 +10,8 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-_MOST = 0.99  # until the work is over
+# Beyond this fraction of what was expected, progress slows down, and comes to an end only when the work does.
+_CERTAIN = 0.9
 
 Hear = Callable[[float], None]
 
@@ -20,6 +21,7 @@ class _Work:
 
     def __init__(self, hear: Hear, expected: float) -> None:
         self._hear, self._expected = hear, expected
+        self._low, self._high = 0.0, 1.0  # fractions at the begin and the end of the current span
         self._done = self._shown = 0.0
         self._part: tuple[float, float, int] | None = None  # seconds done before it, its seconds, its pieces
         self._pieces = 0.0  # of it that are done
@@ -27,22 +29,32 @@ class _Work:
     def tell(self) -> None:
         """Let the listener hear the fraction; it may raise an exception that ends the work."""
         if self._expected > 0:
-            self._shown = max(self._shown, min(self._done / self._expected, _MOST))
+            fraction = _slowed(self._done / self._expected)
+            self._shown = max(self._shown, self._low + fraction * (self._high - self._low))
         self._hear(self._shown)
 
     def expect(self, seconds: float) -> None:
-        """Expect so much more work from here on."""
-        self._expected = self._done + seconds
+        """Expect so much more work from here on, in the rest of the span."""
+        self._low, self._done, self._expected = self._shown, 0.0, seconds
 
     def advance(self, seconds: float) -> None:
         """Count work that is done."""
         self._done += seconds
         self.tell()
 
+    @contextmanager
+    def span(self, share: float, seconds: float) -> Iterator[None]:
+        """Give the work inside a share of what is left of the span around it."""
+        outer, end = self._high, self._shown + share * (self._high - self._shown)
+        self._high = end
+        self.expect(seconds)
+        yield
+        self._shown, self._high = max(self._shown, end), outer
+        self.expect(0.0)
+
     def begin(self, seconds: float, pieces: int) -> None:
         """Begin a part of the work."""
         self._part, self._pieces = (self._done, seconds, max(pieces, 1)), 0.0
-        self._expected = max(self._expected, self._done + seconds)
 
     def within(self, fraction: float) -> None:
         """Count a further fraction of a piece."""
@@ -57,6 +69,12 @@ class _Work:
         if self._part is not None:
             self._done = self._part[0] + self._part[1]
         self._part = None
+
+
+def _slowed(done: float) -> float:
+    """Return the fraction that is shown of work of which so much is done, relative to what was expected."""
+    left = 1 - _CERTAIN
+    return done if done <= _CERTAIN else 1 - left / (1 + (done - _CERTAIN) / left)
 
 
 class _Current(threading.local):
@@ -101,6 +119,16 @@ def advance(seconds: float) -> None:
     """Tell that work of so many seconds is done."""
     if _current.work is not None:
         _current.work.advance(seconds)
+
+
+@contextmanager
+def span(share: float, seconds: float) -> Iterator[None]:
+    """Give the work inside, of about so many seconds, a share of the progress that is left; then expect anew."""
+    if _current.work is None:
+        yield
+        return
+    with _current.work.span(share, seconds):
+        yield
 
 
 @contextmanager

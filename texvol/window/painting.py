@@ -35,6 +35,7 @@ from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
 _TOLD = 0.05  # seconds between two messages of progress
+_FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
 _OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
 
 
@@ -147,19 +148,24 @@ class JobRunner:
             return
         start, renderer = time.perf_counter(), self._renderer
         slicing = job.accuracy.get("slicing", "stacks")
-        first = renderer.render(job.scene, job.size, slicing=slicing)
+        quickly = forecast.of_picture(job.scene, job.size, {})
+        with progress.span(_FIRST, quickly):
+            first = renderer.render(job.scene, job.size, slicing=slicing)
         self._send(job, first, start, final=False)
         wanted = job.accuracy["max_error"]
         if job.scene.mode in NUMBER_MODES:
             # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
-        choice = renderer.foresee(job.scene, job.size, wanted, slicing)
+        with progress.span(_FIRST, forecast.of_foreseeing(job.scene.completed(job.size), job.size)):
+            choice = renderer.foresee(job.scene, job.size, wanted, slicing)
         termination = checked_termination(None, wanted)
-        quick = renderer.render(
-            job.scene, job.size, slab_thickness=choice.slab_thickness, texture_format="rgba32f",
-            early_termination=termination, slicing=slicing,
-        )  # fmt: skip
+        thickness = {"slab_thickness": choice.slab_thickness}
+        with progress.span(_FIRST, forecast.of_picture(job.scene, job.size, thickness, has_textures=True)):
+            quick = renderer.render(
+                job.scene, job.size, **thickness, texture_format="rgba32f", early_termination=termination,
+                slicing=slicing,
+            )  # fmt: skip
         metadata = {"wanted_error": wanted, "reached": choice.reached}
         metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
         self._send(job, quick, start, final=False, **metadata)

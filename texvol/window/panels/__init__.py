@@ -25,6 +25,7 @@ from texvol.window.panels import (
     parts,
     slices,
     status,
+    tips,
     writing,
 )
 
@@ -98,6 +99,7 @@ def _edge(desk: Desk) -> None:
     height = imgui.get_window_size().y
     imgui.set_cursor_screen_pos(start)
     imgui.invisible_button("edge", imgui.ImVec2(_REACH * scale, max(height, 1.0)))
+    imgui.set_item_tooltip("drag: width of the panels; double click: the usual width")
     held, over = imgui.is_item_active(), imgui.is_item_hovered()
     if held or over:
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
@@ -138,6 +140,7 @@ def _sidebar(desk: Desk) -> None:
             imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
             shown, _ = imgui.begin_tab_item(name, None, how)
             imgui.pop_style_var()
+            tips.show(name)
             if shown:
                 _tab(name, desk, foot)
                 imgui.end_tab_item()

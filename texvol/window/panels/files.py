@@ -44,8 +44,11 @@ def _open(desk: Desk) -> None:
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
+    imgui.set_item_tooltip("path of a file; Enter opens it")
     imgui.same_line()
-    if (imgui.button("open") or entered) and state["path"]:
+    pressed = imgui.button("open")
+    imgui.set_item_tooltip("open the file of this name (Enter)")
+    if (pressed or entered) and state["path"]:
         opening.open_file(desk, os.path.expanduser(state["path"]))
     _others(desk)
     empty.recently(desk, 6)
@@ -74,6 +77,7 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
         state[key] = proposed()
     imgui.set_next_item_width(-110 * parts.scale())
     _, state[key] = imgui.input_text(f"##{key}", state[key])
+    imgui.set_item_tooltip("name of the file to write; its ending decides the format")
     imgui.same_line()
     if imgui.button(f"…##{key}"):
         desk.browse("Save as", lambda path, _: state.update({key: path}), saves=True, name=str(state[key]))

@@ -66,6 +66,7 @@ def _row(name: int, opacity: float, color: parts.Color) -> tuple[float, parts.Co
     color = parts.color("##color", color, small=True)
     imgui.same_line()
     wanted = parts.slider(f"label {name}", opacity, 0.0, 1.0, "%.2f")
+    imgui.set_item_tooltip("opacity of this label over one smallest spacing")
     imgui.pop_id()
     if visible != (opacity > 0):
         wanted = OPACITY if visible else 0.0

@@ -21,7 +21,7 @@ from texvol.window.document import Document
 from texvol.window.editing import Curve, extinction_of, opacity_of
 from texvol.window.histogram import Histogram
 from texvol.window.naming import volume_called
-from texvol.window.panels import axis, labels, mode, parts
+from texvol.window.panels import axis, labels, mode, parts, tips
 
 # Fraction of the panel: with a height of 600 pixels, all controls of the curve are visible without scrolling.
 _PLOT_FRACTION = 0.26
@@ -278,4 +278,5 @@ def _whole(state: dict[str, Any], curve: Curve) -> Curve:
         curve = curve if wanted == ends else curve.between(*wanted)
     before = state.setdefault("density", 0.0)
     changed, state["density"] = imgui.slider_float("density", before, -2.0, 2.0, f"x {10**before:.3g}")
+    tips.show("density")
     return curve.denser(10 ** (state["density"] - before)) if changed else curve
