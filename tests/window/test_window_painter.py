@@ -96,7 +96,8 @@ class Studio:
     def answers(self, **job: Any) -> list[Answer]:
         """All that come of a job, the final one last."""
         self.painter.ask(**job)
-        return self.rest()
+        # How many times a single picture tells its progress depends on the machine.
+        return [each for each in self.rest() if each.kind != "progress" or job["kind"] == "film"]
 
     def rest(self) -> list[Answer]:
         found: list[Answer] = []
@@ -104,7 +105,7 @@ class Studio:
         while self.painter.busy and time.monotonic() < end:
             self._woken.wait(0.05)
             self._woken.clear()
-            found += [each for each in self.painter.answers() if each.kind != "progress"]
+            found += self.painter.answers()
         assert found and found[-1].final
         return found
 

@@ -69,7 +69,7 @@ class _Progress:
                 continue
             with self._lock:
                 if not self._ended.is_set():
-                    done = f" {self.fraction:.0%}" if self.fraction > 0 else ""
+                    done = f" {100 * self.fraction:.0f} %" if self.fraction > 0 else ""
                     text = one_line(f"texvol: {self.stage}{done}, {seconds:.0f} s", _WIDTH)
                     print(f"\r{text.ljust(_WIDTH)}", end="", file=sys.stderr, flush=True)
                     self.is_shown = True

@@ -111,8 +111,7 @@ def _picture(desk: Desk, document: Document) -> None:
         width, height = state.get("picture size", desk.pixels)
         exporting.picture(desk, document, name, (width, height))
     imgui.set_item_tooltip("write the picture as it is at rest (p)")
-    imgui.same_line()
-    if imgui.button("copy"):
+    if imgui.button("copy the picture"):
         commands.run(desk, "copy")
     imgui.set_item_tooltip("copy the picture of the window, to be pasted elsewhere (ctrl-c)")
 

@@ -79,7 +79,6 @@ def _texts(name: str, lines: list[tuple[str, bool]], width: float) -> None:
 
 _KEY_NAMES = {
     "slash": "?", "left_bracket": "[", "right_bracket": "]", "page_up": "page up", "page_down": "page down",
-    "left": "arrows",
 }  # fmt: skip
 
 
@@ -97,8 +96,8 @@ def _key_rows() -> list[tuple[str, str]]:
     """Return the names of mouse actions and keys, with their descriptions."""
     rows = list(MOUSE)
     for each in BINDINGS:
-        chords = each.chords[:1] if "left" in each.chords else each.chords
-        rows.append((", ".join(dict.fromkeys(map(_key_text, chords))), each.text))
+        names = "arrows" if "left" in each.chords else ", ".join(dict.fromkeys(map(_key_text, each.chords)))
+        rows.append((names, each.text))
     return rows
 
 

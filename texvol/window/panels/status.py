@@ -66,7 +66,7 @@ def state(desk: Desk) -> str:
         return "final"
     if shown.state == "moving" and not director.refining:
         return "moving"
-    return f"refining {director.refined:.0%}" if director.refined > 0 else "refining"
+    return f"refining {100 * director.refined:.0f} %" if director.refined > 0 else "refining"
 
 
 def details(desk: Desk) -> list[str]:
@@ -78,7 +78,7 @@ def details(desk: Desk) -> list[str]:
     rows, columns = shown.pixels.shape[:2]
     numbers = document.scene.mode in NUMBER_MODES
     fraction = 1 / shown.coarseness.shrink if shown.coarseness else 1.0
-    size = f"{columns} × {rows} pixels" + (f" ({fraction:.0%})" if fraction < 1 else "")
+    size = f"{columns} × {rows} pixels" + (f" ({100 * fraction:.0f} %)" if fraction < 1 else "")
     drawn = f"{metadata.get('slabs', 0)} slabs · {size}{_level_text(desk, metadata)}"
     if shown.state == "rest":
         drawn += f" · {metadata.get('seconds', 0.0):.1f} s"

@@ -32,7 +32,7 @@ def show(desk: Desk) -> None:
     style = imgui.get_style()
     button = imgui.calc_text_size("stop").x + 2 * style.frame_padding.x
     room = imgui.get_content_region_avail().x - button - style.item_spacing.x
-    imgui.progress_bar(desk.writing, imgui.ImVec2(max(room, 1), 0), f"{desk.writing:.0%}")
+    imgui.progress_bar(desk.writing, imgui.ImVec2(max(room, 1), 0), f"{100 * desk.writing:.0f} %")
     imgui.same_line()
     if imgui.button("stop"):
         stop(desk)
