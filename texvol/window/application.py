@@ -23,7 +23,7 @@ from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
 from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
-from texvol.window.steering import Viewport
+from texvol.window.steering import Viewport, pressed_commands
 from texvol.window.timings import Frame
 from texvol.window.transport import SharedArrays
 
@@ -293,9 +293,8 @@ class Application:
         typing = bool(imgui.get_io().want_text_input)
         modal = desk.hear(events, typing=typing)
         if document is None:
-            for event in events:
-                if not modal and event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
-                    commands.run(desk, {"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
+            for command in pressed_commands(events) if not modal and not typing else ():
+                commands.run(desk, command)  # those of a document do nothing
             return
         mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
         free = {"mouse": mouse, "keyboard": not typing and not modal}
