@@ -17,7 +17,7 @@ from support.panel_frames import dressed
 from support.windows import PATIENCE, ball, display, eight_bits, environment, started, until  # noqa: F401 (a fixture)
 
 from texvol.formats.pictures import image
-from texvol.window import clipboard
+from texvol.window import copying
 from texvol.window.desk import Desk
 
 needs_tools = pytest.mark.skipif(
@@ -54,7 +54,7 @@ def copied(desk: Desk) -> str:
     end = time.monotonic() + PATIENCE
     while not said(desk):
         assert time.monotonic() < end, "it never said anything"
-        clipboard.update(desk)
+        copying.update(desk)
         time.sleep(0.01)
     return said(desk)
 
@@ -96,7 +96,7 @@ def test_a_coarse_picture_is_not_copied_before_it_is_fine(
     assert fine is not None
     desk.director.shown = replace(fine, state="moving")
     done(desk, "copy")
-    clipboard.update(desk)
+    copying.update(desk)
     assert desk.clipboard.wanted and not said(desk)
     desk.director.shown = replace(fine, state="refining")
     desk.director.at_rest = False  # type: ignore[misc]

@@ -143,14 +143,15 @@ def test_the_progress_is_shown_with_a_button_that_stops_it(desk: Desk, monkeypat
         ("refining", True, 0.0, "refining"),
         ("moving", True, 0.1, "refining 10 %"),
         ("moving", False, 0.9, "moving"),
+        ("before", False, 0.9, "moving"),  # the final picture of what was shown before
     ],
 )
 def test_the_status_says_in_plain_words_how_far_it_is(
     desk: Desk, state: str, refining: bool, refined: float, words: str
 ) -> None:
     director: Any = desk.director
-    director.shown = replace(director.shown, state=state)
-    director.refining, director.refined = refining, refined
+    director.shown = replace(director.shown, state="rest" if state == "before" else state)
+    director.refining, director.refined, director.at_rest = refining, refined, state == "rest"
     assert status.state(desk) == words
 
 

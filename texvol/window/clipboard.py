@@ -9,8 +9,8 @@ import os
 import shutil
 import subprocess
 import threading
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +18,6 @@ from numpy.typing import NDArray
 from texvol.formats.pictures import image
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError, TexvolError
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
 
 _WAYLAND = ("wl-copy", "--type", "image/png")
 _X11 = ("xclip", "-selection", "clipboard", "-t", "image/png", "-i")
@@ -42,6 +39,16 @@ class Clipboard:
     wanted: bool = False
     outcome: list[tuple[str, bool]] = field(default_factory=list)
 
+    def start(self, pixels: NDArray[np.uint8], is_final: bool, wake: Callable[[], None]) -> None:
+        """Copy pixels on a thread, which calls `wake` when there is an outcome."""
+        self.wanted = False
+
+        def work() -> None:
+            self.outcome.append(_copied(pixels, is_final))
+            wake()
+
+        threading.Thread(target=work, daemon=True, name="texvol clipboard").start()
+
 
 def program() -> tuple[str, ...]:
     """Return the command that takes a PNG to the clipboard.
@@ -57,31 +64,6 @@ def program() -> tuple[str, ...]:
             return command
     wanted = "wl-copy (package wl-clipboard)" if wayland else "xclip (package xclip)"
     raise InputError(f"copying a picture needs the program {wanted}: install it, or save the picture (p)")
-
-
-def copy(desk: Desk) -> None:
-    """Copy the picture of the window; a coarse one, of something that moves, only when it has become fine."""
-    if desk.attempt(program):
-        desk.clipboard.wanted = True
-        desk.wake()
-
-
-def update(desk: Desk) -> None:
-    """Start copying if the picture is fine, and show what has come of it."""
-    clipboard, shown = desk.clipboard, desk.director.shown
-    while clipboard.outcome:
-        text, is_fault = clipboard.outcome.pop(0)
-        desk.say(text, fault=is_fault)
-    if not clipboard.wanted or shown is None or shown.state == "moving":
-        return
-    clipboard.wanted = False
-    is_final = desk.director.at_rest
-
-    def work() -> None:
-        clipboard.outcome.append(_copied(shown.pixels, is_final))
-        desk.wake()
-
-    threading.Thread(target=work, daemon=True, name="texvol clipboard").start()
 
 
 def _copied(pixels: NDArray[np.uint8], is_final: bool) -> tuple[str, bool]:

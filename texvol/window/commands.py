@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import clipboard, closing, editing, exporting, navigation, opening, saving
+from texvol.window import closing, copying, editing, exporting, navigation, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
@@ -51,6 +51,7 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
     "panels": lambda desk, _: _toggle(desk, "panels"),
     "probe": lambda desk, _: _toggle(desk, "probe"),
+    "details": lambda desk, _: _toggle(desk, "details"),
     "tab": _bring,
     "slices": lambda desk, _: _bring(desk, "Slices"),
     "fullscreen": lambda desk, _: _toggle(desk, "fullscreen"),
@@ -113,6 +114,6 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
     "save": exporting.scene,
     "picture": exporting.picture,
-    "copy": lambda desk, document, _: clipboard.copy(desk),
+    "copy": lambda desk, document, _: copying.copy(desk),
     "copy-command": _copy_command,
 }

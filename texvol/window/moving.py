@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from texvol.annotation.quick import Parts, QuickAnnotation
 from texvol.opengl.overlay import Overlay
 from texvol.window.director import Shown
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
+from texvol.window.jobs import Size
+from texvol.window.screen import Textures
 
 
 class MovingAnnotation:
@@ -20,20 +19,21 @@ class MovingAnnotation:
         self._drawer = QuickAnnotation()
         self._known: tuple[Any, Parts] | None = None
 
-    def draw(self, desk: Desk, shown: Shown) -> None:
-        """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer."""
-        assert desk.textures is not None and shown.wanted is not None
-        gl, size, wanted = desk.textures.gl, desk.pixels, shown.wanted
-        key = desk.director.pictures, size
-        if self._known is None or self._known[0] != key:
-            self._known = key, self._drawer.parts(
-                wanted.scene, size, wanted.showing.annotation,
-                transparent=wanted.showing.transparent, window=shown.metadata.get("window"),
-            )  # fmt: skip
+    def draw(self, textures: Textures | None, size: Size, number: int, shown: Shown) -> None:
+        """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer.
+
+        `size` is that of the picture in the window, in pixels; pictures with the same `number` are the same.
+        """
+        assert textures is not None and shown.wanted is not None
+        gl, showing = textures.gl, shown.wanted.showing
+        if self._known is None or self._known[0] != (number, size):
+            how: dict[str, Any] = {"transparent": showing.transparent, "window": shown.metadata.get("window")}
+            parts = self._drawer.parts(shown.wanted.scene, size, showing.annotation, **how)
+            self._known = (number, size), parts
         if self._overlay is None:
             self._overlay = Overlay(gl)
         parts = self._known[1]
-        texture = desk.textures.texture("moving", desk.director.pictures, lambda: shown.pixels)
+        texture = textures.texture("moving", number, lambda: shown.pixels)
         before = gl.viewport
         gl.screen.use()
         gl.viewport = 0, before[3] - size[1], *size

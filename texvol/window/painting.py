@@ -160,7 +160,7 @@ class JobRunner:
         with progress.span(_FIRST, forecast.of_foreseeing(job.scene.completed(job.size), job.size)):
             choice = renderer.foresee(job.scene, job.size, wanted, slicing)
         termination = checked_termination(None, wanted)
-        thickness = {"slab_thickness": choice.slab_thickness}
+        thickness: dict[str, Any] = {"slab_thickness": choice.slab_thickness}
         with progress.span(_FIRST, forecast.of_picture(job.scene, job.size, thickness, has_textures=True)):
             quick = renderer.render(
                 job.scene, job.size, **thickness, texture_format="rgba32f", early_termination=termination,

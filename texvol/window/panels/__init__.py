@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
-from texvol.window import clipboard
+from texvol.window import copying
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
@@ -54,7 +54,7 @@ def show(desk: Desk) -> None:
         overlay.keys(desk)
     empty.show(desk)
     writing.show(desk)
-    clipboard.update(desk)
+    copying.update(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
@@ -67,7 +67,7 @@ def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
     if shown is not None and shown.lacks_annotation:
-        desk.attempt(lambda: desk.moving.draw(desk, shown))
+        desk.attempt(lambda: desk.moving.draw(desk.textures, desk.pixels, desk.director.pictures, shown))
     elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))

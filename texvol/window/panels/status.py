@@ -9,6 +9,7 @@ import numpy as np
 from imgui_bundle import imgui
 
 from texvol.scene.display import NUMBER_MODES
+from texvol.window import commands
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 from texvol.window.quality import error_text, limit_text
@@ -50,7 +51,7 @@ def show(desk: Desk) -> None:
         imgui.text_disabled(text)
     imgui.same_line(max(imgui.get_content_region_avail().x - button, 0.0) + style.window_padding.x)
     if parts.pressed_toggle(label, desk.preferences.details):
-        desk.preferences.details = not desk.preferences.details
+        commands.run(desk, label)
     if desk.preferences.details:
         for line in details(desk):
             imgui.text_wrapped(line)
@@ -59,12 +60,11 @@ def show(desk: Desk) -> None:
 def state(desk: Desk) -> str:
     """Return in plain words how far the picture is."""
     director = desk.director
-    shown = director.shown
-    if shown is None or desk.document is None:
+    if director.shown is None or desk.document is None:
         return ""
-    if shown.state == "rest":
+    if director.at_rest:
         return "final"
-    if shown.state == "moving" and not director.refining:
+    if not director.refining:
         return "moving"
     return f"refining {100 * director.refined:.0f} %" if director.refined > 0 else "refining"
 
