@@ -121,15 +121,15 @@ if [ "$extra" = test ] && ! browses >/dev/null && [ ! -e .venv/no-chromium ]; th
     fi
 fi
 
-# 5. A display without a screen, and a hand that can be told what to do, for the tests of the window; likewise.
+# 5. A display without a screen, a hand that can be told what to do, and a clipboard, for the tests of the window; likewise.
 
 # GLFW opens libGL by name, and nothing else here needs it.
-has_window() { command -v Xvfb && command -v xdotool && [ -n "$("$python" -c "$find_gl")" ]; }
+has_window() { command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ]; }
 find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
 if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; then
-    if ! may_install || ! (install_packages xvfb xdotool libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
+    if ! may_install || ! (install_packages xvfb xdotool xclip libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
         : >.venv/no-xvfb
-        say "no Xvfb or xdotool here, and they could not be installed; what needs a display is skipped"
+        say "no Xvfb, xdotool or xclip here, and they could not be installed; what needs a display is skipped"
     fi
 fi
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from numpy.typing import NDArray
 
 from texvol.annotation.axes import axis_name, draw_axes
@@ -18,6 +20,7 @@ from texvol.scene.scene import Scene
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # size in ems; the fraction of it to which a title is shrunk before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
+Legends = Callable[[Sheet, Scene, Annotation, "tuple[float, float] | None"], None]
 # Opacities of the box's edges, less than that of text and ticks; hidden ones are fainter, as in technical drawings.
 _SEEN, _HIDDEN = 0.8, 0.5
 
@@ -53,9 +56,14 @@ def annotated(
 
 
 def place_all(
-    sheet: Sheet, view: View, scene: Scene, annotation: Annotation, window: tuple[float, float] | None
+    sheet: Sheet,
+    view: View,
+    scene: Scene,
+    annotation: Annotation,
+    window: tuple[float, float] | None,
+    legends: Legends | None = None,
 ) -> None:
-    """Draw the parts of an annotation that have room on a sheet."""
+    """Draw the parts of an annotation that have room on a sheet; `legends` is used in place of `place_legends`."""
     if annotation.box:
         for volume in scene.volumes:
             _draw_box(sheet, View(view.camera, volume, view.size))
@@ -64,11 +72,7 @@ def place_all(
     if annotation.orientation:
         draw_orientation(sheet, view)
     if annotation.legend:
-        contents = contents_of(scene, annotation.value_name, window, sheet.letters)
-        for content in contents:
-            for text in content.texts:
-                sheet.letters.check(text, "legend")
-        draw_legends(sheet, contents, beside_letters=annotation.orientation)
+        (legends or place_legends)(sheet, scene, annotation, window)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
     if annotation.measures:
@@ -76,6 +80,15 @@ def place_all(
         draw_measures(sheet, view, annotation.measures, color)
     if annotation.axes:
         draw_axes(sheet, view)
+
+
+def place_legends(sheet: Sheet, scene: Scene, annotation: Annotation, window: tuple[float, float] | None) -> None:
+    """Draw the legends that have room on a sheet."""
+    contents = contents_of(scene, annotation.value_name, window, sheet.letters)
+    for content in contents:
+        for text in content.texts:
+            sheet.letters.check(text, "legend")
+    draw_legends(sheet, contents, beside_letters=annotation.orientation)
 
 
 def _draw_box(sheet: Sheet, view: View) -> None:

@@ -25,7 +25,7 @@ from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETT
 from texvol.window.reframing import follow as follow_box
 from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
-from texvol.window.steering import Viewport
+from texvol.window.steering import Viewport, pressed_commands
 from texvol.window.timings import Frame
 from texvol.window.transport import SharedArrays
 
@@ -115,6 +115,7 @@ class Application:
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
+        self._first_size = self._screen.size
 
     def __enter__(self) -> Application:
         return self
@@ -137,6 +138,7 @@ class Application:
         """
         plan = self._plan
         self._arrange()
+        self._first_size = self._screen.size
         if plan.open is not None:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
@@ -147,9 +149,15 @@ class Application:
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
         if not desk.is_played:
-            kept.keep(desk.preferences.width)
+            kept.keep(desk.preferences.width, self._size_to_keep())
         if plan.timings:
             timings.write(plan.timings, self._timed)
+
+    def _size_to_keep(self) -> tuple[int, int] | None:
+        """Return the size of the picture if the user has changed that of the window."""
+        desk, viewport = self._desk, self._desk.viewport
+        same = self._screen.size == self._first_size or desk.preferences.fullscreen
+        return None if same else (round(viewport.width), round(viewport.height))
 
     def frame(self) -> None:
         """Process the events and draw one frame."""
@@ -293,9 +301,8 @@ class Application:
         typing = bool(imgui.get_io().want_text_input)
         modal = desk.hear(events, typing=typing)
         if document is None:
-            for event in events:
-                if not modal and event.kind == "key" and event.down and event.name in ("f1", "tab", "f11"):
-                    commands.run(desk, {"f1": "help", "tab": "panels", "f11": "fullscreen"}[event.name])
+            for command in pressed_commands(events) if not modal and not typing else ():
+                commands.run(desk, command)  # those of a document do nothing
             return
         mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
         free = {"mouse": mouse, "keyboard": not typing and not modal}

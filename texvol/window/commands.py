@@ -12,6 +12,7 @@ from texvol.scene.transfer import PRESETS
 from texvol.window import (
     choosing,
     closing,
+    copying,
     editing,
     exporting,
     layout,
@@ -69,6 +70,7 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
     "panels": lambda desk, _: _toggle(desk, "panels"),
     "probe": lambda desk, _: _toggle(desk, "probe"),
+    "details": lambda desk, _: _toggle(desk, "details"),
     "tab": _bring,
     "slices": lambda desk, _: _bring(desk, "Slices"),
     "layout": lambda desk, mode: desk.layout.become(mode),
@@ -105,7 +107,7 @@ def _projection(desk: Desk, document: Document, _: str) -> None:
     document.look(navigation.with_projection(document.view, other, document.scene.box))
 
 
-def _copy(desk: Desk, document: Document, _: str) -> None:
+def _copy_command(desk: Desk, document: Document, _: str) -> None:
     def copy() -> None:
         words = saving.command_line(document, desk.pixels, desk.accuracy)
         desk.copy(shlex.join(words))
@@ -137,7 +139,8 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "opacity": choosing.opacity,
     "save": exporting.scene,
     "picture": exporting.picture,
-    "copy": _copy,
+    "copy": lambda desk, document, _: copying.copy(desk),
+    "copy-command": _copy_command,
     **{name: list_editing.command(name) for name in list_editing.COMMANDS},
     "measure": measure_changes.run,
 }

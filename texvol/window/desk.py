@@ -11,6 +11,7 @@ from typing import Any
 from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
+from texvol.window.clipboard import Clipboard
 from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.events import Event
@@ -18,6 +19,7 @@ from texvol.window.jobs import Answer
 from texvol.window.layout import Layout
 from texvol.window.loading import Loading
 from texvol.window.measuring import Measuring
+from texvol.window.moving import MovingAnnotation
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
@@ -54,6 +56,7 @@ class Preferences:
     tab: str = ""  # name of the tab to select in the next frame
     fullscreen: bool = False
     width: float = PANEL_WIDTH  # of the panels
+    details: bool = False  # of the picture, at the foot of the panels
 
 
 @dataclass
@@ -79,7 +82,7 @@ class Desk:
     clerk : Painter, optional
         Process that writes pictures and films, started when first needed.
     writing : float, optional
-        Fraction of a file that is written, from 0 to 1; None if no file is being written.
+        Fraction of a file that is written, from 0 to 1; None if no file is being written. `written` is its path.
     orders : list of dict
         Files to be written after the current one.
     closes_when_written : bool
@@ -121,6 +124,8 @@ class Desk:
     measuring: Measuring = field(default_factory=Measuring)
     clerk: Painter | None = None
     writing: float | None = None
+    written: str = ""
+    clipboard: Clipboard = field(default_factory=Clipboard)
     orders: list[dict[str, Any]] = field(default_factory=list)
     closes_when_written: bool = False
     wants_close: bool = False
@@ -132,6 +137,7 @@ class Desk:
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
     folder: Path = field(default_factory=Path.cwd)
+    moving: MovingAnnotation = field(default_factory=MovingAnnotation)
 
     def say(self, text: str, *, fault: bool = False) -> None:
         """Show a message; a fault is shown longer. While a script is played back, only faults are shown."""
@@ -326,6 +332,7 @@ class Desk:
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
         clerk, job, self.writing = self.clerk, self.orders.pop(0), 0.0
+        self.written = str(job["path"])
         self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:

@@ -47,6 +47,8 @@ class Job:
         Arguments of `Renderer.render`.
     name : str
         Name of the volume in the header of a file.
+    with_opacity : bool
+        True if the answer's pixels have the opacity as a fourth channel.
     """
 
     number: int
@@ -59,6 +61,7 @@ class Job:
     views: int = 0
     fps: float | None = None
     name: str = ""
+    with_opacity: bool = False
 
 
 @dataclass(frozen=True)
@@ -72,8 +75,9 @@ class Answer:
         "failed": `text` is the reason.
     final : bool
         True for the last answer to a job.
-    pixels : array of shape (height, width, 3), uint8
-        Picture in sRGB, as in a PNG file.
+    pixels : array of shape (height, width, 3) or (height, width, 4), uint8
+        Picture in sRGB, as in a PNG file; with the opacity of the medium if the job asks for it. The colours include
+        the background in any case.
     metadata : mapping
         `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known.
     """

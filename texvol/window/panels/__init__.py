@@ -7,6 +7,7 @@ from contextlib import contextmanager
 
 from imgui_bundle import imgui
 
+from texvol.window import copying
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
@@ -27,8 +28,11 @@ from texvol.window.panels import (
     parts,
     planes,
     slices,
+    status,
     tiles,
     timebar,
+    tips,
+    writing,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
@@ -62,6 +66,8 @@ def show(desk: Desk) -> None:
         overlay.keys(desk)
     empty.show(desk)
     timebar.show(desk)
+    writing.show(desk)
+    copying.update(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
@@ -74,7 +80,9 @@ def show(desk: Desk) -> None:
 def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
-    if shown is not None and desk.textures is not None:
+    if shown is not None and shown.lacks_annotation:
+        desk.attempt(lambda: desk.moving.draw(desk.textures, desk.pixels, desk.director.pictures, shown))
+    elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
@@ -107,6 +115,7 @@ def _edge(desk: Desk) -> None:
     height = imgui.get_window_size().y
     imgui.set_cursor_screen_pos(start)
     imgui.invisible_button("edge", imgui.ImVec2(_REACH * scale, max(height, 1.0)))
+    imgui.set_item_tooltip("drag: width of the panels; double click: the usual width")
     held, over = imgui.is_item_active(), imgui.is_item_hovered()
     if held or over:
         imgui.set_mouse_cursor(imgui.MouseCursor_.resize_ew)
@@ -142,8 +151,7 @@ def _sidebar(desk: Desk) -> None:
     imgui.begin("panels", None, _FLAGS)
     style.window_rounding = rounding
     _edge(desk)
-    lines = overlay.status_lines(desk)
-    status = overlay.status_height(desk, lines)
+    foot = status.height(desk)
     with _narrow_tabs():
         begun = imgui.begin_tab_bar("tabs")
     if begun:
@@ -154,13 +162,11 @@ def _sidebar(desk: Desk) -> None:
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
             with _narrow_tabs():
                 shown, _ = imgui.begin_tab_item(name, None, how)
+            tips.show(name)
             if shown:
-                _tab(name, desk, status)
+                _tab(name, desk, foot)
                 imgui.end_tab_item()
         imgui.end_tab_bar()
-    if lines:
-        imgui.separator()
-        for line in lines:
-            imgui.text_wrapped(line)
+    status.show(desk)
     desk.preferences.tab = ""
     imgui.end()

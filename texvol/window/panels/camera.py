@@ -15,7 +15,7 @@ from texvol.slicing.slabs import SLICINGS
 from texvol.window import commands, navigation
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts
+from texvol.window.panels import parts, tips
 
 
 def show(desk: Desk, document: Document) -> None:
@@ -82,6 +82,7 @@ def _picture(desk: Desk, document: Document) -> None:
     if (changed := replace(annotation, **wanted)) != annotation:
         desk.attempt(lambda: document.annotate(changed, desk.pixels))
     entered, title = imgui.input_text("title", annotation.title or "")
+    tips.show("title")
     if entered:
         document.show(annotation=replace(document.showing.annotation, title=title or None))
     before = scene.depth_cue or DepthCue(0.0)

@@ -50,7 +50,9 @@ def _mesh(desk: Desk, scene: Scene, number: int) -> None:
     imgui.set_next_item_width(_SLIDER * parts.scale())
     opacity = parts.slider("opacity", shape.opacity, _LEAST_OPACITY, 1.0, "%.2f")
     imgui.same_line()
-    if imgui.button("remove"):
+    removed = imgui.button("remove")
+    imgui.set_item_tooltip("take the mesh out of the scene; undo brings it back")
+    if removed:
         desk.change(geometry=scene.geometry[:number] + scene.geometry[number + 1 :])
     elif (color, opacity) != (shape.color, shape.opacity):
         desk.change(f"mesh {number}", **contents.with_look(scene, number, color, opacity))

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
+from texvol.window.navigation import AXES
+
 TIPS = {
+    # Tabs
+    "Medium": "which values show, in which colours",
+    "Scene": "volumes, masks and meshes",
+    "View": "camera, background, annotation and quality",
+    "Light": "lights, and how matter reflects them",
+    "Cut": "crop box and clip planes",
+    "Slices": "axial, coronal and sagittal slices (l)",
+    "File": "open, save, pictures and films",
     # Medium
     "mode": "how values become a picture: emission and absorption, a surface, the greatest value, or an X-ray",
     "classification": "whether values are interpolated before or after the transfer function; auto is the exact one",
@@ -67,6 +77,7 @@ TIPS = {
     "frames per second": "speed that is wanted",
     "error at rest": "greatest error of the picture at rest, in steps of 8 bits",
     "slicing at rest": "how slabs of the picture at rest are drawn",
+    **{axis: f"look from {axis} ({axis[1] if axis[0] == '+' else f'shift-{axis[1]}'})" for axis in AXES},
     # Light
     "light": "on or off; a light that is switched off comes back as it was",
     "ambient": "light from everywhere",
@@ -100,6 +111,8 @@ TIPS = {
     ),
     # Measure
     "##shown measure": "drawn into pictures, or only listed",
+    # Foot
+    "details": "error, slabs, size and time of the picture, and what is modelled",
     # File
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
