@@ -24,6 +24,7 @@ from typing import Any
 from texvol.options import light as lit
 from texvol.options import volumes as volume_options
 from texvol.scene import transfer
+from texvol.scene.camera import Camera
 from texvol.scene.gradient import CENTRAL
 from texvol.scene.looks import EXPOSED, Look, look_as_is, look_of
 from texvol.scene.transfer.files import read_content
@@ -65,11 +66,11 @@ def load_look(name: str, volume: Volume, materials: Sequence[str] | None = None)
     if name in transfer.PRESETS:
         return look_of(name, volume, materials)
     medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None)
-    return _of_file(name, medium)
+    return _of_file(name, medium, Camera.framing(volume))
 
 
-def _of_file(path: str, medium: transfer.TransferFunction) -> Look:
-    """Return the look of a file whose transfer function is known."""
+def _of_file(path: str, medium: transfer.TransferFunction, camera: Camera) -> Look:
+    """Return the look of a file whose transfer function is known; a set of lights is placed by the camera."""
     from texvol.options.groups import SCENE_OPTIONS
 
     chosen: dict[str, Any] = {}
@@ -81,7 +82,7 @@ def _of_file(path: str, medium: transfer.TransferFunction) -> Look:
             chosen[name] = SCENE_OPTIONS[name].from_file(value)
         except (argparse.ArgumentTypeError, InputError) as error:
             raise InputError(f"{path}: {key}: {error}") from None
-    lighting = lit.lighting(lit.with_head_light(chosen))
+    lighting = lit.lighting(lit.with_head_light(chosen), camera)
     if lighting is not None and medium.emissive:
         raise InputError(f"{path}: light needs an associated transfer function, got an emissive one")
     name = os.path.basename(path)

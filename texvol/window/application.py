@@ -185,7 +185,7 @@ class Application:
         since = self._screen.time - self._last
         playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
         playing &= plan.player is None or not plan.player.waits or self._at_rest
-        if playing or desk.steering.dragging or self._lively > 0:
+        if playing or desk.steering.dragging or desk.moving.motion is not None or self._lively > 0:
             return max(_FRAME - since, 0.0)
         waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
         if plan.player is not None and plan.player.waits:  # for rest: each check takes CPU time from the refiner
@@ -238,7 +238,8 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        return desk.director.at_rest and desk.loading is None and desk.writing is None
+        still = desk.moving.motion is None and desk.loading is None and desk.writing is None
+        return still and desk.director.at_rest
 
     @property
     def _begun(self) -> bool:

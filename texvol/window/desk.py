@@ -16,6 +16,7 @@ from texvol.window.document import Document
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
 from texvol.window.loading import Loading
+from texvol.window.moving import Moving
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
@@ -89,6 +90,8 @@ class Desk:
         File browser, while it is shown.
     probed : Found, optional
         Value under the cursor, if it is asked for.
+    moving : Moving
+        What moves the camera beside mouse and keys.
     folder : Path
         Folder in which the last file was chosen.
     """
@@ -120,6 +123,7 @@ class Desk:
     failed_first: str | None = None
     browser: Browser | None = None
     probed: Found | None = None
+    moving: Moving = field(default_factory=Moving)
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
     folder: Path = field(default_factory=Path.cwd)
@@ -342,6 +346,7 @@ class Desk:
     def _hear(self, answer: Answer) -> None:
         if answer.kind == "progress":
             self.writing = float(answer.metadata["done"])
+            self.moving.left.learn(self.writing, self.now)
             return
         self.writing = None
         for warning in answer.metadata.get("warnings", ()):

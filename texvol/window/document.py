@@ -19,6 +19,7 @@ from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
+from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
@@ -62,10 +63,11 @@ class Saved(NamedTuple):
 
 
 class State(NamedTuple):
-    """Scene, and what is switched off in it."""
+    """Scene, what is switched off in it, and its saved views."""
 
     scene: Scene
     off: Off = Off()
+    tour: Tour = Tour()
 
 
 class History:
@@ -131,6 +133,7 @@ class Document:
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
+        self.kept_tour = Tour()  # the saved views of the scene file
         self.home: Home | None = None
         self._size = size
         self.view = View.of(scene.camera)
@@ -153,7 +156,11 @@ class Document:
         """True if anything but the view has changed since the scene was opened or saved."""
         scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
+        return (
+            showing != self.showing
+            or self.kept_tour != self.tour
+            or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
+        )
 
     @property
     def name(self) -> str:
@@ -164,6 +171,11 @@ class Document:
     def off(self) -> Off:
         """Parts that are switched off."""
         return self.history.now.off
+
+    @property
+    def tour(self) -> Tour:
+        """Saved views, and the path through them."""
+        return self.history.now.tour
 
     @property
     def scenes(self) -> list[Scene]:
@@ -217,8 +229,14 @@ class Document:
             If the parts make no valid scene; the previous scene stays.
         """
         scene = replace(self.scene, **parts)
-        self.history.change(State(scene, self.off if off is None else off), stroke)
+        state = self.history.now._replace(scene=scene, off=self.off if off is None else off)
+        self.history.change(state, stroke)
         self._become(scene)
+
+    def change_tour(self, tour: Tour, stroke: str | None = None) -> None:
+        """Change the saved views; views that are the same have no effect."""
+        if tour != self.tour:
+            self.history.change(self.history.now._replace(scene=self.scene, tour=tour), stroke)
 
     def show(self, **parts: Any) -> None:
         """Change parts of the presentation."""
@@ -259,7 +277,8 @@ def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing, size)
-    document.marks = marks
+    document.marks, document.kept_tour = marks, options.tour
+    document.history.now = State(scene, tour=options.tour)
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
     return document

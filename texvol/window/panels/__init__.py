@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from imgui_bundle import imgui
 
+from texvol.window import motion
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
@@ -13,6 +14,7 @@ from texvol.window.panels import (
     browser,
     camera,
     contents,
+    cube,
     cut,
     dialogs,
     empty,
@@ -52,6 +54,9 @@ def show(desk: Desk) -> None:
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
+    cube.drag(desk)
+    motion.step(desk)
+    desk.moving.thumbnails.step(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
@@ -64,6 +69,7 @@ def picture(desk: Desk) -> None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
+    cube.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)

@@ -106,7 +106,8 @@ def messages(desk: Desk) -> None:
     if desk.loading is not None:
         lines.append((f"opening {desk.loading.name} …", False))
     if desk.writing is not None:
-        lines.append((f"writing … {desk.writing:.0%}", False))
+        left = desk.moving.left.text(desk.now)
+        lines.append((f"writing … {desk.writing:.0%}" + (f", {left}" if left else ""), False))
     if not lines:
         return
     viewport = desk.viewport
