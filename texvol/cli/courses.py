@@ -44,7 +44,7 @@ def add_courses(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     group.add_argument(
         "--fps", type=texts.frames_per_second, metavar="F",
-        help="frames per second of a film (30, or fewer so that it lasts 2 seconds)",
+        help="frames per second of a film (30; fewer so that an orbit lasts 2 seconds, and a tour its own)",
     )  # fmt: skip
 
 
