@@ -75,6 +75,15 @@ def count(arguments: argparse.Namespace, scene_options: SceneOptions) -> int | N
     return number
 
 
+def rate(arguments: argparse.Namespace, scene_options: SceneOptions) -> float | None:
+    """Return the pictures per second of a film; a tour lasts its own seconds, if 30 a second are enough for that."""
+    if arguments.fps is not None or arguments.tour is None:
+        fps: float | None = arguments.fps
+        return fps
+    number = film.DEFAULT_FPS if arguments.tour == AUTO else arguments.tour / scene_options.tour.seconds
+    return float(min(number, film.DEFAULT_FPS))
+
+
 def frames(arguments: argparse.Namespace, scene: Scene, scene_options: SceneOptions) -> tuple[str, sequences.Frames]:
     """Return the kind of a sequence, and its scenes."""
     number, name = count(arguments, scene_options), scene_options.volume

@@ -257,7 +257,7 @@ def _draw_frames(
     else:
         kind, frames = courses.frames(arguments, scene, scene_options)
     target = (scene_options.size, _accuracy(arguments), export, arguments.output)
-    how = {"transparent": scene_options.transparent, "fps": courses.rate(arguments, scene_options)}
+    how: dict[str, Any] = {"transparent": scene_options.transparent, "fps": courses.rate(arguments, scene_options)}
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
 
 

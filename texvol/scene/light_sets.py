@@ -7,6 +7,9 @@ whatever its normal and its gradient confidence.
 - three-point: a warm key light from the left above, a cool and weak fill light from the right, and a rim light from
   behind, which parts the subject from the background.
 - studio: two large soft lights at the front, one from above and one from behind: even light, with little shadow.
+
+Both light one side of surfaces, that of lower values. From two sides, what faces away from a light would be as bright
+as what faces it, and the light from the side would show less of the shape.
 """
 
 from __future__ import annotations
@@ -43,7 +46,7 @@ _SETS: dict[str, tuple[tuple[_Placed, ...], Lighting]] = {
             _Placed((0.85, -0.05, 0.6), _colored(_COOL, 0.3)),
             _Placed((0.5, 0.55, -0.7), (0.5, 0.5, 0.5)),
         ),
-        Lighting((), ambient=0.12, diffuse=0.49, specular=0.25, shininess=24.0),
+        Lighting((), ambient=0.12, diffuse=0.49, specular=0.25, shininess=24.0, two_sided=False),
     ),
     "studio": (
         (
@@ -52,7 +55,7 @@ _SETS: dict[str, tuple[tuple[_Placed, ...], Lighting]] = {
             _Placed((0.0, 1.0, 0.1), (0.3, 0.3, 0.3)),
             _Placed((-0.3, 0.35, -0.9), (0.25, 0.25, 0.25)),
         ),
-        Lighting((), ambient=0.2, diffuse=0.42, specular=0.22, shininess=40.0),
+        Lighting((), ambient=0.2, diffuse=0.42, specular=0.22, shininess=40.0, two_sided=False),
     ),
 }
 LIGHT_SETS = tuple(_SETS)

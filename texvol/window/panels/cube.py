@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -59,7 +60,8 @@ def draw(desk: Desk) -> None:
         if over is not None and over[face[0]] == face[1]:
             _fill(drawn, _points(cube.positions(camera, cube.patch(face, over)), middle, edge), _PICKED, 1.0)
         border = _points(cube.positions(camera, cube.patch(face)), middle, edge)
-        drawn.add_polyline(border, _color(_LINE, 1.0), 1.2 * parts.scale(), imgui.ImDrawFlags_.closed)
+        for start, end in pairwise([*border, border[0]]):  # a polyline has long tips on a face that is seen edge on
+            drawn.add_line(start, end, _color(_LINE, 1.0), 1.2 * parts.scale())
         for stroke in cube.letter_strokes(names[face], face, _up_on(document, face)):
             line = _points(cube.positions(camera, stroke), middle, edge)
             drawn.add_polyline(line, _color(_LETTER, 1.0, facing**0.5), 2.0 * parts.scale(), 0)

@@ -49,13 +49,13 @@ def show(desk: Desk, document: Document) -> None:
 
 
 def _set_of_lights(document: Document, name: str) -> Lighting:
-    """Return a set of lights, placed for the current view; shadows and the like stay as they are."""
+    """Return a set of lights, placed for the current view; shadows and fading stay as they are."""
     found = EXPOSED if name == "head" else light_set(name, document.view.camera)
     before = document.scene.lighting or document.off.lighting
     if before is None:
         return found
     shadows = before.shadows and document.scene.mode == "composite" and not document.scene.added
-    return replace(found, two_sided=before.two_sided, fade=before.fade, shadows=shadows)
+    return replace(found, fade=before.fade, shadows=shadows)
 
 
 def _reflection(lighting: Lighting, scene: Scene) -> dict[str, Any]:
