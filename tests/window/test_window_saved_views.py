@@ -182,21 +182,21 @@ def test_small_pictures_are_drawn_while_their_list_is_shown_and_once_for_each_sc
     director: Any = Drawing(np.zeros((30, 80, 3), np.uint8))
     desk.director = director
     small = desk.moving.thumbnails = Thumbnails()
-    small.capture(desk, document.tour.views[0].camera)
+    small.capture(director, document.tour.views[0].camera)
     assert small.pictures[document.tour.views[0].camera].pixels.shape == (SMALL[1], SMALL[0], 3)
     for _ in range(4):
-        small.step(desk)
+        small.step(document, director)
     assert not director.drawn, "nobody looks"
     for _ in range(4):
         known = [small.get(view) for view in document.tour.views]
-        small.step(desk)
+        small.step(document, director)
     assert set(director.drawn) == {each.camera for each in document.tour.views} and len(director.drawn) == 2
     assert all(each is not None and each.pixels.any() for each in known)
     desk.change(background=(0.5, 0.5, 0.5))
     small.get(document.tour.views[0])
-    small.step(desk)
+    small.step(document, director)
     assert len(director.drawn) == 3, "another scene looks different"
     saved_views.delete(document, 0)
     small.get(document.tour.views[0])
-    small.step(desk)
+    small.step(document, director)
     assert set(small.pictures) == {document.tour.views[0].camera}

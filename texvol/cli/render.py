@@ -147,8 +147,7 @@ def run(arguments: argparse.Namespace) -> None:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
     volume.expect_overview()
-    is_single = series is None and courses.is_single(arguments)
-    picture, depth, sequence_stats = None, None, {}
+    is_single, picture, depth, sequence_stats = series is None and courses.is_single(arguments), None, None, {}
     with _renderer(arguments, is_single) as renderer:
         if is_single:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)

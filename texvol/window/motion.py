@@ -3,51 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from texvol.scene import orbit
-from texvol.scene.camera import Camera
 from texvol.scene.orbit import Turn
 from texvol.scene.tour import Tour, between
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.moving import Motion
 from texvol.window.navigation import View
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
-    from texvol.window.document import Document
 
 _SECONDS = 0.45  # of a move to another view: long enough to be followed, short enough not to be waited for
 _SECONDS_OF_TURN = 8.0  # of one turn of a preview
-
-
-@dataclass
-class Motion:
-    """Move of the camera.
-
-    Attributes
-    ----------
-    at : callable
-        Returns the view at a number of seconds after the start.
-    seconds : float
-        Duration; a move that `repeats` begins again then.
-    end : callable
-        Called at the end, unless another change of the view ends the move earlier.
-    name : str
-        What the move is, for its button; "" for a move to another view.
-    start : float, optional
-        Time of the first frame.
-    last : Camera, optional
-        Camera that the move has set last.
-    """
-
-    document: Document
-    at: Callable[[float], View]
-    seconds: float
-    end: Callable[[], Any] = lambda: None
-    name: str = ""
-    repeats: bool = False
-    start: float | None = None
-    last: Camera | None = None
 
 
 def step(desk: Desk) -> None:

@@ -2,12 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
+from texvol.scene.camera import Camera
 from texvol.scene.orbit import Turn
 from texvol.util.time_left import TimeLeft
-from texvol.window.motion import Motion
+from texvol.window.document import Document
+from texvol.window.navigation import View
 from texvol.window.thumbnails import Thumbnails
+
+
+@dataclass
+class Motion:
+    """Move of the camera.
+
+    Attributes
+    ----------
+    at : callable
+        Returns the view at a number of seconds after the start.
+    seconds : float
+        Duration; a move that `repeats` begins again then.
+    end : callable
+        Called at the end, unless another change of the view ends the move earlier.
+    name : str
+        What the move is, for its button; "" for a move to another view.
+    start : float, optional
+        Time of the first frame.
+    last : Camera, optional
+        Camera that the move has set last.
+    """
+
+    document: Document
+    at: Callable[[float], View]
+    seconds: float
+    end: Callable[[], Any] = lambda: None
+    name: str = ""
+    repeats: bool = False
+    start: float | None = None
+    last: Camera | None = None
 
 
 @dataclass

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from texvol.scene.tour import SavedView, Tour
 from texvol.util.errors import InputError
 from texvol.window import motion
+from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.navigation import View
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
 
 MOST = 99
 
@@ -28,7 +26,7 @@ def save(desk: Desk, document: Document, name: str = "") -> None:
     def add() -> None:
         view = SavedView(name.strip() or unused_name(tour), camera, **seconds)
         document.change_tour(replace(tour, views=(*tour.views, view)))
-        desk.moving.thumbnails.capture(desk, camera)
+        desk.moving.thumbnails.capture(desk.director, camera)
         desk.say(f"saved {view.name}")
 
     desk.attempt(add)
@@ -57,7 +55,7 @@ def update(desk: Desk, document: Document, number: int) -> None:
     """Replace the camera of a saved view by the current one."""
     camera = document.view.camera
     change(document, number, camera=camera)
-    desk.moving.thumbnails.capture(desk, camera)
+    desk.moving.thumbnails.capture(desk.director, camera)
 
 
 def delete(document: Document, number: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +14,8 @@ from texvol.annotation import Annotation
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.tour import SavedView
-
-if TYPE_CHECKING:
-    from texvol.window.desk import Desk
+from texvol.window.director import Director
+from texvol.window.document import Document
 
 SIZE = (128, 80)  # pixels; shown smaller where the screen is not scaled
 _LOOK = tuple(part.name for part in fields(Scene) if part.name != "camera")
@@ -43,16 +42,15 @@ class Thumbnails:
         self.wanted = True
         return self.pictures.get(view.camera)
 
-    def capture(self, desk: Desk, camera: Camera) -> None:
+    def capture(self, director: Director, camera: Camera) -> None:
         """Take the picture that is shown as that of a camera, until it is drawn without annotation."""
-        shown = desk.director.shown
+        shown = director.shown
         if shown is not None:
             self.pictures[camera] = Thumbnail(_small(shown.pixels), next(self.versions), None)
 
-    def step(self, desk: Desk) -> None:
+    def step(self, document: Document | None, director: Director) -> None:
         """Have the next picture drawn that is missing, or shows another scene, if the list of views is shown."""
-        document, wanted = desk.document, self.wanted
-        self.wanted = False
+        wanted, self.wanted = self.wanted, False
         if document is None or not wanted:
             return
         cameras = {each.camera for each in document.tour.views}
@@ -67,7 +65,7 @@ class Thumbnails:
             self.pictures[camera] = Thumbnail(pixels, next(self.versions), scene)
 
         showing = replace(document.showing, annotation=Annotation())
-        desk.director.aside(replace(scene, camera=missing), SIZE, showing, take)
+        director.aside(replace(scene, camera=missing), SIZE, showing, take)
 
     def _is_of(self, camera: Camera, scene: Scene) -> bool:
         known = self.pictures.get(camera)

@@ -56,7 +56,7 @@ def show(desk: Desk) -> None:
     grips.drag(desk)
     cube.drag(desk)
     motion.step(desk)
-    desk.moving.thumbnails.step(desk)
+    desk.moving.thumbnails.step(desk.document, desk.director)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
