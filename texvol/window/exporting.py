@@ -51,12 +51,14 @@ def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int
 
 
 def film(
-    desk: Desk, document: Document, path: str, size: tuple[int, int], views: int, rate: float, course: Turn | Tour
-) -> None:
+    desk: Desk, document: Document, path: str, size: tuple[int, int], views: int, rate: float,
+    course: Turn | Tour | None = None,
+) -> None:  # fmt: skip
     """Have a film or numbered pictures of a turn, or of a tour through the saved views, written."""
     from texvol.formats.films import containers as film_formats
     from texvol.formats.films import film as films
 
+    course = course or Turn()
     fps = rate if film_formats.is_film(path) else None
 
     def check() -> None:
