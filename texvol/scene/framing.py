@@ -91,6 +91,7 @@ def framed(
     aspect: float = 1.0,
     whole_box: bool = False,
     turning: bool = False,
+    turn: orbit.Turn | None = None,
 ) -> Camera:
     """Return a camera that frames what shows of a scene with a look, or its box.
 
@@ -106,7 +107,8 @@ def framed(
     whole_box : bool
         True to frame the box; also done if nothing shows.
     turning : bool
-        True to have everything in the picture from all sides about `up`.
+        True to have everything in the picture from all sides about `up`, or about the axis of `turn`.
+    turn : Turn, optional
     """
     box, eye, towards = scene.box, None, None
     if choice:
@@ -118,7 +120,7 @@ def framed(
     content = Content.nothing(box) if whole_box else content_of(scene)
     if turning:
         part = _box_of(content, box) if content else box
-        return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect)
+        return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect, turn=turn)
     if not content:
         return camera if eye is None else _around(box, camera, aspect)
     return _filled(camera, content, aspect, box)
