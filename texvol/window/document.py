@@ -19,6 +19,7 @@ from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.content import forget_content
 from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.scene.tour import Tour
@@ -313,6 +314,9 @@ class Document:
         before, self.scene = self.scene, scene
         if self.history.now.measures != self.measures:
             self.show(annotation=replace(self.showing.annotation, measures=self.history.now.measures))
+        for volume in before.volumes:
+            if volume not in scene.volumes:  # the history holds many volumes
+                forget_content(volume)
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
             if np.array_equal(one, other):
