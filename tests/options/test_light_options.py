@@ -209,7 +209,9 @@ def test_an_isosurface_without_light_shows_its_own_colour() -> None:
 def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def loaded(name: str, volume: Volume, materials: object = None) -> transfer.TransferFunction:
+    def loaded(
+        name: str, volume: Volume, materials: object = None, unit: float | None = None
+    ) -> transfer.TransferFunction:
         asked.append((os.path.basename(name), materials))
         return transfer.proposed_for(volume)
 
@@ -372,26 +374,23 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
     )
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
-    further = " ".join(
-        f"add-{name}"
-        for name in [
-            "tf",
-            "unit-distance",
-            "materials",
-            "range",
-            "opacity",
-            "label-look",
-            "hidden",
-            "unit",
-            "spacing",
-            "transform",
-            "mask",
-        ]
-        + list(reading_options.READING)
-    )
+    own = [
+        "tf",
+        "unit-distance",
+        "materials",
+        "range",
+        "opacity",
+        "label-look",
+        "hidden",
+        "unit",
+        "spacing",
+        "transform",
+        "mask",
+    ]
+    further = " ".join(f"add-{name}" for name in [*own, *reading_options.READING])
     groups = {
-        "scene:": "scene tf unit-distance materials range opacity label-look hidden classification unit spacing transform mask "
-        "space size background gradient",
+        "scene:": "scene tf unit-distance materials range opacity label-look hidden classification unit "
+        "spacing transform mask space size background gradient",
         "further volumes:": f"add {further}",
         "camera:": "projection eye target up fov height view azimuth elevation zoom fit",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",

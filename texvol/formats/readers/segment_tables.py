@@ -1,14 +1,15 @@
-"""Segments that a file names, without its samples: see `segments`."""
+"""Numbers, names and colours of the segments of a file, without its samples."""
 
 from __future__ import annotations
 
 import os
 
-from texvol.formats.readers import dicom, nrrd, segments
+from texvol.formats.readers import dicom, nrrd
 from texvol.formats.readers.loading import named_faults, silent_libraries
+from texvol.formats.readers.segments import Segment, of_dicom, of_nrrd, of_table
 
 
-def segments_of(path: str | os.PathLike[str]) -> tuple[segments.Segment, ...]:
+def segments_of(path: str | os.PathLike[str]) -> tuple[Segment, ...]:
     """Return the segments of a .seg.nrrd, a DICOM SEG file, or a table of BIDS (.tsv); none if a file names none.
 
     Raises
@@ -18,11 +19,9 @@ def segments_of(path: str | os.PathLike[str]) -> tuple[segments.Segment, ...]:
     """
     name = os.fspath(path)
     if name.lower().endswith(".tsv"):
-        return segments.of_table(name)
-
-    is_nrrd = name.lower().endswith((".nrrd", ".nhdr"))
+        return of_table(name)
     with named_faults(name, "a segmentation", "formats"), silent_libraries():
-        if is_nrrd:
-            return segments.of_nrrd(nrrd.header_of(name))
+        if name.lower().endswith((".nrrd", ".nhdr")):
+            return of_nrrd(nrrd.header_of(name))
         header = dicom.header_of(name)
-        return () if header is None else segments.of_dicom(header)
+        return () if header is None else of_dicom(header)
