@@ -256,8 +256,9 @@ def test_only_the_plane_is_read_of_a_large_volume(degrees: tuple[float, float, f
     )
 
 
-def test_the_first_volume_is_grey_in_its_window_and_lies_where_its_samples_are() -> None:
-    volume = ramp(spacing=(1, 2, 3))
+@pytest.mark.parametrize("direction", [np.eye(3), PLACES["sheared"]["direction"]])
+def test_the_first_volume_is_grey_in_its_window_and_lies_where_its_samples_are(direction: Any) -> None:
+    volume = ramp(spacing=(1, 2, 3), direction=direction)
     for name, slice_ in slices_of(volume).items():
         layer = first_picture(volume, None, slice_, 4, (50.0, 100.0))
         picture = layer.make()
@@ -265,6 +266,9 @@ def test_the_first_volume_is_grey_in_its_window_and_lies_where_its_samples_are()
         plane = Plane.of(volume, slice_, 4)
         values = probe.sampled(volume, pixels_of(picture, layer.corners, plane).reshape(-1, 3)).reshape(picture.shape)
         assert np.abs(picture - np.clip(values / 100, 0, 1) * 255).max() <= 0.51, name
+        assert plane.right @ plane.down == pytest.approx(0, abs=1e-12)
+        if (volume.direction != np.eye(3)).any():
+            continue
         width, height = slice_.extent(volume)
         assert np.abs(np.array(layer.corners)).max(axis=0) == pytest.approx((width / 2, height / 2))
         assert layer_corners(volume, slice_, plane) == layer.corners
