@@ -17,6 +17,7 @@ from texvol.rendering.settings import Settings, checked_target, checked_terminat
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light, Lighting
+from texvol.scene.measures.measure import Measure
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.slabs import SLICINGS
@@ -105,6 +106,13 @@ def clip_planes(content: Any) -> tuple[ClipPlane, ...]:
     if not isinstance(content, list):
         raise InputError(f"must be a list of planes, got {quoted(content)}")
     return tuple(made(ClipPlane, each) for each in content)
+
+
+def measures(content: Any) -> tuple[Measure, ...]:
+    """Return the measures."""
+    if not isinstance(content, list):
+        raise InputError(f"must be a list of measures, got {quoted(content)}")
+    return tuple(made(Measure, each) for each in content)
 
 
 def switch(content: Any) -> bool:

@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from texvol.formats.pictures.scene_metadata import BLOCKS, COLORS, LABELS, checksum_of, kind_of
 from texvol.provenance import parts
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import BLOCKS, COLORS, LABELS, checksum_of, kind_of
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume

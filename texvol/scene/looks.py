@@ -14,8 +14,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from texvol.scene.camera import Camera
+from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
+from texvol.scene.light_sets import light_set
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.transfer import presets
@@ -24,7 +27,7 @@ from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 
 NO_LIGHT = "none"
-EXPOSED = Lighting(ambient=0.25, diffuse=0.63, specular=0.12)
+EXPOSED = Lighting(ambient=0.14, diffuse=0.74, specular=0.12)
 _UNLIT = ("fog", "fluorescence")  # media without surfaces
 _BONE = 250.0  # Hounsfield units
 _BODY = -500.0
@@ -82,12 +85,17 @@ class Look:
 
 
 def parts_taken(scene: SceneParts) -> dict[str, Any]:
-    """Return the parts that stand for a look, for the name of a preset, and for "none" as the light of a scene."""
+    """Return the parts that stand for a look, for the name of a preset, and for a word as the light of a scene.
+
+    The word is "none", or the name of a set of lights, which is placed by the scene's camera.
+    """
     look: Any = scene.transfer_function
     parts: dict[str, Any] = {}
     unlit = isinstance(scene.lighting, str) and scene.lighting == NO_LIGHT
     if unlit:
         parts["lighting"] = None
+    elif isinstance(scene.lighting, str):
+        parts["lighting"] = light_set(scene.lighting, scene.camera or Camera.framing(scene.volume))
     if unlit and look is None and scene.mode == "composite":
         look, parts["volume"] = look_for(scene.volume), seen_as(scene.volume)
     elif isinstance(look, str):
@@ -151,6 +159,8 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         return Look(medium, name="fluorescence", reason=kind.reason)
     if (name := look_name(volume)) in presets.PRESETS:
         return replace(look_of(name, volume), reason=kind.reason)
+    if kind.name == "distance" and (depth := depth_inside(volume)) is not None:
+        return Look(presets.solid_inside(volume, depth), EXPOSED, name="solid inside", reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
 

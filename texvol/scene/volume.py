@@ -19,6 +19,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
+from texvol.scene.interchanged import Interchanged
 from texvol.scene.label_table import LabelTable
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
@@ -36,7 +38,7 @@ OF_PLACE = (
 )
 
 
-class Volume(KeepsArrays):
+class Volume(KeepsArrays, Interchanged):
     """A scalar field on a regular grid.
 
     Parameters
@@ -86,6 +88,8 @@ class Volume(KeepsArrays):
     """
 
     label_table: LabelTable | None = None
+    channel: Channel | None = None  # of the `channels` of an image; readers set both
+    channels: tuple[Channel, ...] = ()
 
     def __init__(
         self,
@@ -292,7 +296,8 @@ class Volume(KeepsArrays):
 
     def __repr__(self) -> str:
         nx, ny, nz = self.dimensions
-        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)}{unit})"
 
 
 def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting
 from texvol.scene.label_names import name_of
+from texvol.scene.sampling import sampled
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -114,28 +115,6 @@ def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArra
         return np.array(camera.eye) + across, np.array(camera.forward)
     direction = camera.forward + across
     return np.array(camera.eye), direction / np.linalg.norm(direction)
-
-
-def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the values at world points, shape (n): trilinear, or nearest for labels; NaN outside the box."""
-    counts = np.array(volume.dimensions)
-    index = (points - volume.origin) @ volume.index_from_world.T
-    inside = ((index >= -0.5) & (index <= counts - 0.5)).all(axis=1)
-    index = np.clip(index, 0, counts - 1)
-    if volume.nearest:
-        x, y, z = np.rint(index).astype(int).T
-        return np.where(inside, volume.values[z, y, x].astype(np.float64), np.nan)
-    low = np.minimum(index.astype(int), np.maximum(counts - 2, 0))
-    fraction = index - low
-    high = np.minimum(low + 1, counts - 1)
-    result = np.zeros(len(points))
-    for corner in range(8):
-        bits = [(corner >> axis) & 1 for axis in range(3)]
-        x, y, z = (np.where(bit, high[:, axis], low[:, axis]) for axis, bit in enumerate(bits))
-        weight = np.prod([fraction[:, axis] if bit else 1 - fraction[:, axis] for axis, bit in enumerate(bits)], axis=0)
-        with np.errstate(invalid="ignore"):
-            result += np.where(weight > 0, weight * volume.values[z, y, x].astype(np.float64), 0.0)
-    return np.where(inside, result, np.nan)
 
 
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:

@@ -245,11 +245,15 @@ class Textures:
     """Textures by name, uploaded again if they have changed."""
 
     def __init__(self, gl: Any) -> None:
-        self._gl = gl
+        self.gl = gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
 
     def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> int:
-        """Return the OpenGL name of a texture; `make` returns its pixels if `key` differs from the last call.
+        """Return the OpenGL name of a texture, see `texture`."""
+        return int(self.texture(name, key, make, nearest=nearest).glo)
+
+    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> Any:
+        """Return a texture; `make` returns its pixels if `key` differs from the last call.
 
         Pixels have shape (height, width, 3 or 4), or (height, width) for grey, top row first; pixels of another shape
         get another texture. They are interpolated unless `nearest` is True.
@@ -262,14 +266,14 @@ class Textures:
             if texture is None or (texture.size, texture.components) != ((width, height), components):
                 if texture is not None:
                     texture.release()
-                texture = self._gl.texture((width, height), components, alignment=1)
+                texture = self.gl.texture((width, height), components, alignment=1)
                 texture.repeat_x = texture.repeat_y = False
                 texture.swizzle = "RRR1" if components == 1 else texture.swizzle
-            how = self._gl.NEAREST if nearest else self._gl.LINEAR
+            how = self.gl.NEAREST if nearest else self.gl.LINEAR
             texture.filter = how, how
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
-        return int(texture.glo)
+        return texture
 
 
 def key_names(glfw: Any) -> dict[int, str]:

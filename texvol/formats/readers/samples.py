@@ -69,6 +69,7 @@ class Choice(NamedTuple):
     missing_chunks: bool = False
     memory: int | None = None
     label_names: str | None = None
+    resample: bool = False
     counting: bool = False
     kept: dict[Any, Any] | None = None
 

@@ -11,7 +11,7 @@ from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
-from texvol.window.panels import empty, parts
+from texvol.window.panels import empty, film, film_over_time, parts
 
 
 def show(desk: Desk) -> None:
@@ -30,8 +30,8 @@ def show(desk: Desk) -> None:
     _saving(desk, document)
     imgui.separator_text("Picture")
     _picture(desk, document)
-    imgui.separator_text("Film: one turn")
-    _film(desk, document)
+    film.show(desk, document, lambda: _name(desk, "film name", lambda: saving.default_name(document, ".mp4")))
+    film_over_time.show(desk, document)
 
 
 def _open(desk: Desk) -> None:
@@ -44,8 +44,11 @@ def _open(desk: Desk) -> None:
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
+    imgui.set_item_tooltip("path of a file; Enter opens it")
     imgui.same_line()
-    if (imgui.button("open") or entered) and state["path"]:
+    pressed = imgui.button("open")
+    imgui.set_item_tooltip("open the file of this name (Enter)")
+    if (pressed or entered) and state["path"]:
         opening.open_file(desk, os.path.expanduser(state["path"]))
     _others(desk)
     empty.recently(desk, 6)
@@ -74,6 +77,7 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
         state[key] = proposed()
     imgui.set_next_item_width(-110 * parts.scale())
     _, state[key] = imgui.input_text(f"##{key}", state[key])
+    imgui.set_item_tooltip("name of the file to write; its ending decides the format")
     imgui.same_line()
     if imgui.button(f"…##{key}"):
         desk.browse("Save as", lambda path, _: state.update({key: path}), saves=True, name=str(state[key]))
@@ -90,8 +94,8 @@ def _saving(desk: Desk, document: Document) -> None:
     parts.steps(desk)
     imgui.same_line()
     if imgui.button("copy command line"):
-        commands.run(desk, "copy")
-    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-c)")
+        commands.run(desk, "copy-command")
+    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-shift-c)")
 
 
 def _picture(desk: Desk, document: Document) -> None:
@@ -107,22 +111,3 @@ def _picture(desk: Desk, document: Document) -> None:
         width, height = state.get("picture size", desk.pixels)
         exporting.picture(desk, document, name, (width, height))
     imgui.set_item_tooltip("write the picture as it is at rest (p)")
-
-
-def _film(desk: Desk, document: Document) -> None:
-    state = desk.panel_state
-    views = state["views"] = min(max(imgui.input_int("views", state.get("views", 120))[1], 1), 100_000)
-    imgui.set_item_tooltip("pictures of one turn")
-    fps = parts.number("frames per second", state.get("fps", 30.0))
-    if 0.1 <= fps <= 1000:
-        state["fps"] = fps
-    name = _name(desk, "film name", lambda: saving.default_name(document, ".mp4"))
-    if desk.writing is not None:
-        if imgui.button("stop"):
-            desk.stop_writing()
-        imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
-        return
-    if imgui.button("save##film"):
-        width, height = state.get("picture size", desk.pixels)
-        exporting.film(desk, document, name, (width - width % 2, height - height % 2), views, state.get("fps", 30.0))
-    imgui.set_item_tooltip("one turn of the camera, as a film or as numbered pictures")

@@ -106,7 +106,7 @@ def _row(label: int, name: str, opacity: float, color: parts.Color) -> tuple[flo
     imgui.set_item_tooltip(f"label {label}" + (f": {name}" if name else ""))
     imgui.table_next_column()
     imgui.set_next_item_width(-1)
-    wanted = parts.slider("##opacity", opacity, 0.0, 1.0, "%.2f")
+    wanted = parts.slider("##label opacity", opacity, 0.0, 1.0, "%.2f")
     if visible != (opacity > 0):
         wanted = OPACITY if visible else 0.0
     return wanted, color

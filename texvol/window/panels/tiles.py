@@ -18,10 +18,11 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.editing import owner_of
 from texvol.window.layout import PICTURE, Layout
-from texvol.window.panels import parts
+from texvol.window.measure_slices import SliceMap
+from texvol.window.panels import measure_in_slices, parts
 from texvol.window.slice_layers import Colors, Layer, first_layer, further_layer
 from texvol.window.slice_views import Plane, SliceView
-from texvol.window.slices import NAMES, letters_of
+from texvol.window.slices import NAMES, Slice, letters_of
 from texvol.window.steering import Viewport
 
 # Colours of planes, ABGR without alpha: those of the axes that they are perpendicular to, red, green and blue.
@@ -84,9 +85,17 @@ def slice_in(desk: Desk, document: Document, name: str, rectangle: Viewport) -> 
     imgui.set_cursor_screen_pos(corner)
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button(name, imgui.ImVec2(rectangle.width, rectangle.height), _BUTTONS)
-    clicked = _mouse(desk, document.scene, view, name)
+    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel does not scroll the panel
+    seen = SliceMap.through(view.point, _thickness(scene, plane, slice_))
+    is_of_measure = measure_in_slices.show(desk, document, seen, name, hovered=imgui.is_item_hovered())
+    clicked = not is_of_measure and _mouse(desk, scene, view, name)
     draw.pop_clip_rect()
     return clicked
+
+
+def _thickness(scene: Scene, plane: Plane, slice_: Slice) -> float:
+    """Return the distance of samples across a slice, world units."""
+    return abs(float(scene.volume.world_from_index[:, slice_.axis] @ plane.normal))
 
 
 def layers_of(desk: Desk, scene: Scene, name: str, plane: Plane) -> list[Layer]:
@@ -171,7 +180,6 @@ def _mouse(desk: Desk, scene: Scene, view: SliceView, name: str) -> bool:
     """Process the mouse on the last item, a slice; return True at a double click."""
     layout, state, io = desk.layout, desk.panel_state, imgui.get_io()
     over, here = imgui.is_item_hovered(), view.point(io.mouse_pos.x, io.mouse_pos.y)
-    imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel does not scroll the panel
     if over and desk.preferences.probe:
         layout.hovered = probe.at_point(scene, here)
     _windowing(desk)
