@@ -94,6 +94,8 @@ def _table(owner: Scene | AddedVolume, number: int, first: Volume, folder: Path 
     for key, value in source.items():
         if key not in _NOT_READING_OPTIONS and value is not None:
             found[key] = list(value) if isinstance(value, tuple | list) else value
+    if volume.channel is not None:  # else the other channels would be drawn with it
+        found["channel"] = volume.channel.number
     own = source.get("transform")
     # The rotation into the first volume's world is repeated whenever the scene is read.
     turn = spaces.turn(volume.own_space, first.space)
