@@ -50,25 +50,16 @@ class SliceMap:
             steps.append(volume.world_from_index[:, axis] * sign * count / max(length, 1e-9))
         corner = volume.origin + volume.world_from_index @ index
         right, down = steps
-
-        def point(x: float, y: float) -> Numbers:
-            return np.asarray(corner + (x - start[0]) * right + (y - start[1]) * down)
-
-        return cls.through(point, volume.world_from_index[:, slice_.axis])
+        across = np.cross(right, down)
+        step = volume.world_from_index[:, slice_.axis]
+        thickness = abs(float(step @ across)) / max(float(np.linalg.norm(across)), 1e-300)
+        return cls(corner - start[0] * right - start[1] * down, right, down, thickness)
 
     @classmethod
-    def through(cls, point: Callable[[float, float], Numbers], step: Numbers) -> SliceMap:
-        """Return the map of a slice given by a function that returns the world point at window coordinates.
-
-        Parameters
-        ----------
-        step : array of shape (3)
-            Step in the world from a layer of samples to the next one.
-        """
+    def through(cls, point: Callable[[float, float], Numbers], thickness: float) -> SliceMap:
+        """Return the map of a slice given by a function that returns the world point at window coordinates."""
         origin = point(0.0, 0.0)
-        right, down = point(1.0, 0.0) - origin, point(0.0, 1.0) - origin
-        across = np.cross(right, down)
-        return cls(origin, right, down, abs(float(step @ across)) / max(float(np.linalg.norm(across)), 1e-300))
+        return cls(origin, point(1.0, 0.0) - origin, point(0.0, 1.0) - origin, thickness)
 
     @property
     def normal(self) -> Numbers:
