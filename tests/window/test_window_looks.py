@@ -80,6 +80,7 @@ def test_a_strip_shows_colours_up_to_the_opacity() -> None:
     assert (left[:, 0] < 150).all() and (left[:, 0] > left[:, 2]).all(), "faint red"
     half = strips.of_medium(TransferFunction([0.0, 1.0], [(1, 1, 1)] * 2, [np.log(2)] * 2), 1.0)[:, 48, 0]
     assert int((half == 255).sum()) == pytest.approx(strips.HEIGHT / 2, abs=1)
+    assert half[-1] == 255 > half[0], "from below"
 
 
 @pytest.mark.parametrize("name", ["contours", "boundaries", "fluorescence", "table-5-1", "ct-tissues"])
