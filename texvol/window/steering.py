@@ -37,6 +37,7 @@ BINDINGS = (
     Binding(("x", "shift+x"), "axis x", "look from +x; with shift, from -x"),
     Binding(("y", "shift+y"), "axis y", "look from +y; with shift, from -y"),
     Binding(("z", "shift+z"), "axis z", "look from +z; with shift, from -z"),
+    Binding(("v",), "save-view", "save this view"),
     Binding(("left", "right", "up", "down"), "", "turn; with shift, move"),
     Binding(("page_up", "page_down"), "", "go nearer; go farther"),
     Binding(("w", "s"), "", "go into the volume; go back"),
