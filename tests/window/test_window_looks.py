@@ -104,7 +104,7 @@ def test_commands_choose_looks_colours_and_opacity_and_undo_takes_them_back(tmp_
     np.save(tmp_path / "v.npy", volume().values)
     desk = desk_with(str(tmp_path / "v.npy"))
     before = done(desk).scene
-    after = done(desk, "look ct-tissues", "colours inferno", "opacity peak").scene
+    after = done(desk, "look ct-tissues", "colours inferno", "shape peak").scene
     medium = after.transfer_function
     found = lineage.lineage_of(medium)
     assert (found.title, found.colors.name) == ("ct-tissues *", "inferno")
@@ -115,7 +115,7 @@ def test_commands_choose_looks_colours_and_opacity_and_undo_takes_them_back(tmp_
     assert lineage.lineage_of(seen[1]).title == "ct-tissues" and not lineage.lineage_of(seen[1]).changed
     assert done(desk, "redo", "redo", "redo").scene.transfer_function is medium
     assert not said(desk)
-    for command in ("look nothing", "colours ct-bone", "opacity", "look"):
+    for command in ("look nothing", "colours ct-bone", "shape", "look"):
         assert not is_command(command)
 
 
