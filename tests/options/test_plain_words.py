@@ -16,6 +16,7 @@ from texvol.formats.films.film import default_rate
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.transfer import preset
 from texvol.util.color import color_of_text
@@ -38,7 +39,7 @@ def chosen(*line: str) -> SceneOptions:
     parser = argparse.ArgumentParser(exit_on_error=False)
     reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
-    return SceneOptions(parser.parse_args(options.with_negative_values(["v.npy", *line])))
+    return SceneOptions(parser.parse_args(texts.with_negative_values(["v.npy", *line])))
 
 
 def scene(*line: str) -> Scene:

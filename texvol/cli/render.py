@@ -159,13 +159,11 @@ def run(arguments: argparse.Namespace) -> None:
         error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
-    files = {}
+    files = {arguments.depth: depth_picture.encoded(arguments.depth, depth)} if depth is not None else {}
     if picture is not None:  # encoded after the textures are released: both need much memory
         shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
         metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, metadata, transparent=transparent)
-    if depth is not None:
-        files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
         stats["seconds"] = {"load": load_seconds, "upload": 0.0} | stats["seconds"]
         files[arguments.stats] = (json.dumps(stats | sequence_stats, indent=2, allow_nan=False) + "\n").encode()

@@ -31,8 +31,6 @@ def main() -> int:
 
 
 def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
-    import numpy as np
-
     grids = vdb.readAllGridMetadata(path)
     names = [grid.name for grid in grids]
     if not names:
@@ -55,14 +53,32 @@ def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
         return {
             "fault": f"its box of {sizes[0]} x {sizes[1]} x {sizes[2]} voxels needs {needed} bytes, and there is {most}"
         }
-    values = np.zeros([*sizes, 3] if channels == 3 else sizes, np.float32)
+    _write(grid, kind, low, [*sizes, 3] if channels == 3 else sizes, samples)
+    found = _placed(grid, low, high, sizes)
+    if "fault" in found:
+        return found
+    notes = [f"grid {name or names[0]}: voxels that are not active are {grid.background}"]
+    if str(grid.gridClass).lower() == "level set":
+        notes.append("it is a level set: values are distances, negative inside")
+    return {"sizes": sizes, "channels": channels, "notes": notes, **found}
+
+
+def _write(grid, kind, low, shape, samples):  # type: ignore[no-untyped-def]
+    """Write the samples from a grid's lowest voxel on, float32."""
+    import numpy as np
+
+    values = np.zeros(shape, np.float32)
     if kind == "BoolGrid":
-        marks = np.zeros(sizes, bool)
+        marks = np.zeros(shape, bool)
         grid.copyToArray(marks, ijk=low)
         values[...] = marks
     else:
         grid.copyToArray(values, ijk=low)
     values.tofile(samples)
+
+
+def _placed(grid, low, high, sizes):  # type: ignore[no-untyped-def]
+    """Return origin and steps of the axes in the world, or a fault."""
     origin = [float(each) for each in grid.transform.indexToWorld(tuple(low))]
     columns = []
     for axis in range(3):
@@ -74,10 +90,7 @@ def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
     off = max(abs(a - b) for a, b in zip(far, straight, strict=True))
     if off > 1e-4 * max(abs(each) for column in columns for each in column):
         return {"fault": "must have a linear transform, got one with perspective"}
-    notes = [f"grid {name or names[0]}: voxels that are not active are {grid.background}"]
-    if str(grid.gridClass).lower() == "level set":
-        notes.append("it is a level set: values are distances, negative inside")
-    return {"sizes": sizes, "channels": channels, "origin": origin, "columns": columns, "notes": notes}
+    return {"origin": origin, "columns": columns}
 
 
 if __name__ == "__main__":
