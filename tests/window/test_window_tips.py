@@ -45,8 +45,8 @@ def everything(desk: Desk) -> None:
     )
 
 
-# Pictures in which one drags and clicks: a tooltip would cover them, and the button below them explains their use.
-PICTURES = {("invisible_button", name) for name in NAMES}
+# Pictures in which one drags and clicks: a tooltip would cover them, and a button or mark below explains their use.
+PICTURES = {("invisible_button", name) for name in (*NAMES, "plot")}
 
 
 def bare(seen: Seen) -> str:
