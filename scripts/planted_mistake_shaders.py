@@ -7,6 +7,7 @@ from planted_mistake_sources import Mistake
 CLOSED_FORMS = "test_closed_forms_drawn.py -k 'case_1 or any_slant'"
 _LINEAR = "test_closed_forms_drawn.py -k 'case_4'"
 _LIT = "test_light_drawn.py -k 'lit_by_the_formula'"
+_OVERLAY = "test_annotation_quick.py -k 'all_of_it'"
 SHADOWS = "test_shadows.py -k 'falls_off'"
 # The oracle's few rays take less time than compiling it.
 _PROJECTED = "NUMBA_DISABLE_JIT=1 test_projection_drawn.py -k"
@@ -322,5 +323,31 @@ IN_SHADERS = (
         "EACH_OF_2(F) F(rise_2, position_2, 1)",
         "the third ramp is the second again",
         "test_ramps.py",
+    ),
+    _wrong(
+        "float beyond(float away, vec2 direction)",
+        "return away < 0.0 ? 1.0 : 0.0;",
+        "lines over a moving picture have jagged edges",
+        _OVERLAY,
+    ),
+    changed(
+        "overlay.frag",
+        "(1.0 - behind.a) * min(",
+        "1.0 * min(",
+        "far edges of the box are drawn over a moving medium",
+        _OVERLAY,
+    ),
+    changed(
+        "overlay.vert",
+        "1.0 - 2.0 * place.y",
+        "2.0 * place.y - 1.0",
+        "a moving picture with annotation is upside down",
+        _OVERLAY,
+    ),
+    _wrong(
+        "vec3 linear_from_srgb(vec3 encoded)",
+        "return encoded;",
+        "annotation is blended in sRGB while the picture moves",
+        _OVERLAY,
     ),
 )

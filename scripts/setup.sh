@@ -121,19 +121,29 @@ if [ "$extra" = test ] && ! browses >/dev/null && [ ! -e .venv/no-chromium ]; th
     fi
 fi
 
-# 5. A display without a screen, and a hand that can be told what to do, for the tests of the window; likewise.
+# 5. A display without a screen, a hand that can be told what to do, and a clipboard, for the tests of the window; likewise.
 
 # GLFW opens libGL by name, and nothing else here needs it.
-has_window() { command -v Xvfb && command -v xdotool && [ -n "$("$python" -c "$find_gl")" ]; }
+has_window() { command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ]; }
 find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
 if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; then
-    if ! may_install || ! (install_packages xvfb xdotool libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
+    if ! may_install || ! (install_packages xvfb xdotool xclip libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
         : >.venv/no-xvfb
-        say "no Xvfb or xdotool here, and they could not be installed; what needs a display is skipped"
+        say "no Xvfb, xdotool or xclip here, and they could not be installed; what needs a display is skipped"
     fi
 fi
 
-# 6. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
+# 6. OpenVDB's module for the system's Python, for the tests of its reader; likewise.
+
+reads_vdb() { /usr/bin/python3 -c 'import pyopenvdb'; }
+if [ "$extra" = test ] && ! reads_vdb 2>/dev/null && [ ! -e .venv/no-openvdb ]; then
+    if ! may_install || ! (install_packages python3-openvdb) 2>/dev/null || ! reads_vdb 2>/dev/null; then
+        : >.venv/no-openvdb
+        say "no module of OpenVDB for the system's Python here, and none could be installed; what needs it is skipped"
+    fi
+fi
+
+# 7. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
 
 has_paraview() { command -v pvbatch && command -v mpiexec && command -v Xvfb; }
 if [ "$wanted_too" = paraview ] && ! has_paraview >/dev/null; then

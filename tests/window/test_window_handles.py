@@ -44,6 +44,15 @@ def test_there_is_a_handle_for_each_face_and_plane() -> None:
         assert np.linalg.norm(handle.axis) == pytest.approx(1)
 
 
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_of_two_opposite_faces_one_is_behind(projection: Any) -> None:
+    shown = replace(scene(projection), crop=handles.bounds(VOLUME))
+    assert shown.camera is not None
+    behind = [handles.is_behind(each, shown.camera, VOLUME) for each in handles.handles_of(shown)[:6]]
+    # The eye is at lower x and y and at higher z than the box.
+    assert behind == [shown.camera.forward[0] < 0, shown.camera.forward[0] > 0, False, True, True, False]
+
+
 @given(cameras, moving, st.tuples(st.floats(-0.01, 0.01), st.floats(-0.01, 0.01)))
 def test_a_handle_follows_the_hand_as_far_as_its_axis_goes(projection: Any, number: int, by: Any) -> None:
     shown = scene(projection)

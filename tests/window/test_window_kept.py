@@ -1,10 +1,16 @@
-"""The width of the panels is the same in the next window."""
+"""The width of the panels and the size of the picture are the same in the next window."""
 
 from __future__ import annotations
 
+import shutil
+import signal
+import subprocess
+import time
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from support.windows import PATIENCE, display, environment, started, until  # noqa: F401 (display is a fixture)
 
 from texvol.window import kept
 from texvol.window.desk import PANEL_WIDTH
@@ -23,6 +29,53 @@ def test_a_width_is_kept(folder: Path) -> None:
     kept.keep(412.5)
     assert kept.panel_width() == 412.5
     assert kept.state_file().is_relative_to(folder)
+
+
+def test_a_size_is_kept_beside_the_width() -> None:
+    assert kept.picture_size() is None
+    kept.keep(PANEL_WIDTH, (700, 500))
+    assert kept.picture_size() == (700, 500) and kept.panel_width() == PANEL_WIDTH
+    kept.keep(400.0)
+    assert kept.picture_size() == (700, 500) and kept.panel_width() == 400.0
+    kept.keep(400.0, (20, 500))
+    assert kept.picture_size() == (700, 500), "a window as small as that is no choice"
+
+
+def test_the_next_window_has_the_size_of_the_last_one(display: str, tmp_path: Path) -> None:  # noqa: F811
+    if not shutil.which("xdotool"):
+        pytest.skip("xdotool is not installed")
+
+    def does(*words: str) -> str:
+        done = subprocess.run(
+            ["xdotool", *words], env=environment(display, tmp_path), check=True, timeout=PATIENCE,
+            stdout=subprocess.PIPE, text=True,
+        )  # fmt: skip
+        return done.stdout.split()[-1] if done.stdout.strip() else ""
+
+    def opened(then: Callable[[str], None]) -> None:
+        process = started(display, tmp_path)
+        window = does("search", "--sync", "--onlyvisible", "--name", "texvol")
+        then(window)
+        process.send_signal(signal.SIGINT)
+        process.communicate(timeout=PATIENCE)
+
+    def resized(window: str) -> None:
+        does("windowsize", "--sync", window, "900", "410")
+        time.sleep(1.0)
+        does("windowfocus", window, "key", "ctrl+q")
+        until((tmp_path / "state/texvol/window.json").exists)
+
+    opened(resized)
+    geometry = []
+    opened(lambda window: geometry.append(does("getwindowgeometry", window)))
+    assert geometry == ["900x410"]
+
+
+@pytest.mark.parametrize("size", ["[1]", "[0, 500]", "[1e9, 500]", '["a", "b"]', "[700, 500, 3]", "7", "[true, 500]"])
+def test_a_damaged_size_is_as_none(size: str) -> None:
+    kept.keep(412.5)
+    kept.state_file().write_text('{"picture-size": ' + size + "}")
+    assert kept.picture_size() is None
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"panel-width": "wide"}', '{"panel-width": 1e9}', "\0"])

@@ -1,40 +1,112 @@
-"""Every control has a tooltip."""
+"""Every control of every panel has a tooltip, whatever it is shown for."""
 
 from __future__ import annotations
 
-import ast
-from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from support.desks import desk_with, done
+from support.panel_frames import Seen, dressed, headless, noticed, shown
 
-from texvol.annotation.request import PARTS
+from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import Light, Lighting
+from texvol.scene.scene import MODES
+from texvol.window.browsing import Browser
+from texvol.window.commands import TABS
+from texvol.window.desk import Desk
 from texvol.window.panels import tips
-
-PANELS = Path(tips.__file__).parent
-CONTROLS = {"choice", "slider", "number", "ends", "color", "switch"}
-
-
-def labels() -> Iterator[str]:
-    """Labels of the controls in all panels, as far as they are written out; units in them are replaced by "units"."""
-    for path in PANELS.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if not (isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in CONTROLS):
-                continue
-            if isinstance(node.func.value, ast.Name) and node.func.value.id == "parts":
-                label = node.args[0]
-                if isinstance(label, ast.Constant):
-                    yield str(label.value)
-                elif isinstance(label, ast.JoinedStr) and path.name == "medium.py":
-                    yield "".join(
-                        str(part.value) if isinstance(part, ast.Constant) else "units" for part in label.values
-                    )
+from texvol.window.questions import Question
+from texvol.window.slices import NAMES
 
 
-def test_every_control_has_a_tooltip() -> None:
-    found = [*labels(), *(part.replace("-", " ") for part in PARTS), "undo", "redo", "reset", "frame"]
-    assert len(found) > 40
-    assert not [label for label in found if not tips.tip(label)]
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A volume, one more, and labels, in the current folder."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(3)
+    for name in ("one", "two"):
+        np.save(tmp_path / f"{name}.npy", rng.random((9, 10, 12)).astype(np.float32))
+    np.save(tmp_path / "labels.npy", np.repeat(np.arange(4, dtype=np.uint8), 128).reshape(8, 8, 8))
+    (tmp_path / "mesh.obj").write_text("v 0 0 0\nv 5 0 0\nv 0 5 0\nf 1 2 3\n")
+    return tmp_path
+
+
+def everything(desk: Desk) -> None:
+    """Give the scene a bit of everything that panels have controls for."""
+    document = desk.document
+    assert document is not None
+    lights = Light("directional", (1.0, 0.0, 0.0)), Light("point", (9.0, 0.0, 0.0))
+    document.change(
+        lighting=Lighting(lights=lights),
+        crop=((0.0, 5.0), (0.0, 5.0), (0.0, 5.0)),
+        clip=(ClipPlane((1.0, 0.0, 0.0), 3.0),),
+    )
+
+
+# Pictures in which one drags and clicks: a tooltip would cover them, and the button below them explains their use.
+PICTURES = {("invisible_button", name) for name in NAMES}
+
+
+def bare(seen: Seen) -> str:
+    return "\n".join(f"{function} {label!r} has no tooltip" for function, label in sorted(seen.bare))
+
+
+def check(desk: Desk, monkeypatch: pytest.MonkeyPatch, least: int) -> set[str]:
+    """Show all tabs; return what is written in them."""
+    with headless(), noticed(monkeypatch) as seen:
+        for tab in TABS:
+            shown(desk, tab)
+    assert len(seen.controls) >= least
+    seen.bare -= PICTURES
+    assert not seen.bare, bare(seen)
+    return seen.texts
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_every_control_has_a_tooltip_in_each_mode(mode: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = dressed(desk_with("one.npy"))
+    everything(desk)
+    done(desk, f"mode {mode}")
+    desk.preferences.details = True
+    check(desk, monkeypatch, 60)
+
+
+def test_every_control_has_a_tooltip_with_volumes_meshes_masks_and_labels(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = desk_with("one.npy")
+    done(desk, "add two.npy", "add mesh.obj", "mask two.npy")
+    check(dressed(desk), monkeypatch, 60)
+    check(dressed(desk_with("labels.npy")), monkeypatch, 45)
+
+
+def test_every_control_has_a_tooltip_while_a_file_is_written_and_another_is_chosen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    desk = dressed(desk_with("one.npy"))
+    desk.writing, desk.written = 0.4, "picture.png"
+    with headless(), noticed(monkeypatch) as seen:
+        shown(desk, "File")
+        desk.browser = Browser("Open", lambda path: None, lambda: None, Path.cwd(), takes_words=True)
+        shown(desk, "File", 8)
+        desk.browser = None
+        desk.ask(Question("Really?", {"yes": lambda: None}))
+        shown(desk, "File", 8)
+        desk.questions.clear()
+        desk.preferences.help = True
+        shown(desk, "File")
+    assert ("button", "stop") in seen.controls and len(seen.controls) > 20
+    seen.bare -= {("button", "yes"), ("button", "cancel")}  # they say what they do
+    assert not seen.bare, bare(seen)
+
+
+def test_every_control_of_the_empty_window_has_a_tooltip(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = dressed(desk_with("one.npy"))
+    desk.document = None
+    with headless(), noticed(monkeypatch) as seen:
+        shown(desk, "File")
+    assert ("button", "open a sample") in seen.controls
+    assert not seen.bare, bare(seen)
 
 
 @pytest.mark.parametrize("label", ["opacity /5.97 mm", "opacity is per (mm)", "error at rest (/255)"])

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from numpy.typing import NDArray
 
 from texvol.annotation.axes import axis_name, draw_axes
 from texvol.annotation.legend import draw_legends
 from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering, one_line
+from texvol.annotation.measures import color_on, draw_measures, text_of
 from texvol.annotation.orientation import check_space, draw_orientation
 from texvol.annotation.request import Annotation
 from texvol.annotation.scale_bar import draw_scale_bar
@@ -17,6 +20,7 @@ from texvol.scene.scene import Scene
 
 _TITLE, _SMALLEST_TITLE = 1.25, 0.7  # size in ems; the fraction of it to which a title is shrunk before it is cut
 _TITLE_FROM_BORDER = 0.6  # ems
+Legends = Callable[[Sheet, Scene, Annotation, "tuple[float, float] | None"], None]
 # Opacities of the box's edges, less than that of text and ticks; hidden ones are fainter, as in technical drawings.
 _SEEN, _HIDDEN = 0.8, 0.5
 
@@ -31,6 +35,8 @@ def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
     if annotation.axes:
         for axis in range(3):
             letters.check(axis_name(scene.volume, axis, "×10⁻⁹"), f"{scene.volume.name}: name of an axis")
+    for measure in annotation.measures:
+        letters.check(text_of(measure, scene.volume.unit), "measure")
     if annotation.scale_bar:
         letters.check(scene.volume.unit, f"{scene.volume.name}: unit")
     return letters
@@ -50,9 +56,14 @@ def annotated(
 
 
 def place_all(
-    sheet: Sheet, view: View, scene: Scene, annotation: Annotation, window: tuple[float, float] | None
+    sheet: Sheet,
+    view: View,
+    scene: Scene,
+    annotation: Annotation,
+    window: tuple[float, float] | None,
+    legends: Legends | None = None,
 ) -> None:
-    """Draw the parts of an annotation that have room on a sheet."""
+    """Draw the parts of an annotation that have room on a sheet; `legends` is used in place of `place_legends`."""
     if annotation.box:
         for volume in scene.volumes:
             _draw_box(sheet, View(view.camera, volume, view.size))
@@ -61,15 +72,23 @@ def place_all(
     if annotation.orientation:
         draw_orientation(sheet, view)
     if annotation.legend:
-        contents = contents_of(scene, annotation.value_name, window, sheet.letters)
-        for content in contents:
-            for text in content.texts:
-                sheet.letters.check(text, "legend")
-        draw_legends(sheet, contents, beside_letters=annotation.orientation)
+        (legends or place_legends)(sheet, scene, annotation, window)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
+    if annotation.measures:
+        color = color_on(sheet.outline_color) if annotation.color is None else annotation.color
+        draw_measures(sheet, view, annotation.measures, color)
     if annotation.axes:
         draw_axes(sheet, view)
+
+
+def place_legends(sheet: Sheet, scene: Scene, annotation: Annotation, window: tuple[float, float] | None) -> None:
+    """Draw the legends that have room on a sheet."""
+    contents = contents_of(scene, annotation.value_name, window, sheet.letters)
+    for content in contents:
+        for text in content.texts:
+            sheet.letters.check(text, "legend")
+    draw_legends(sheet, contents, beside_letters=annotation.orientation)
 
 
 def _draw_box(sheet: Sheet, view: View) -> None:

@@ -24,6 +24,7 @@ from texvol.util.text_files import check_regular
 
 ELLIPSIS = "…"
 _MOST_EMS = 256  # largest area of a letter, in squares of the font's size: beyond, the font is damaged
+_MOST_BOXES = 4096  # remembered: numbers beside axes are measured again for each camera
 _NO_LETTER = "\U0010ffff"  # no font has this letter: it is drawn as the font's sign for missing letters
 
 
@@ -60,10 +61,19 @@ class Lettering:
         self._library = ImageFont
         self._sized: dict[float, Any] = {}
         self._known: dict[str, bool] = {}
+        self._boxes: dict[tuple[str, float], Box] = {}
         self.box("", 16)  # raises an error early
 
     def box(self, text: str, size: float) -> Box:
         """Return the extent of a line of text at `size` pixels per em."""
+        found = self._boxes.get((text, size))
+        if found is None:
+            if len(self._boxes) >= _MOST_BOXES:
+                self._boxes.clear()
+            found = self._boxes[text, size] = self._measured(text, size)
+        return found
+
+    def _measured(self, text: str, size: float) -> Box:
         with self._opened(size) as font:
             above, below = -font.getbbox("H", anchor="ls")[1], font.getbbox("p", anchor="ls")[3]
             _, top, right, bottom = font.getbbox(text, anchor="ls")

@@ -60,7 +60,7 @@ def line(start: Point, end: Point, width: float, color: ArrayLike, size: Size, o
     The coverage of a pixel is the exact area of its part inside the strip. At the ends it is multiplied by the area
     between the ends, which is exact for upright and level lines. A line of length 0 covers nothing.
     """
-    kept = _within(np.array(start, np.float64), np.array(end, np.float64), width + 2, size)
+    kept = within(np.array(start, np.float64), np.array(end, np.float64), width + 2, size)
     length = 0.0 if kept is None else float(np.linalg.norm(kept[1] - kept[0]))
     if kept is None or length < _LEAST:
         return patch(np.zeros((0, 0)), 0, 0, color, size)
@@ -131,7 +131,7 @@ def _beyond(distance: Numbers, direction: Numbers) -> Numbers:
     return np.clip(area / (a * b), 0, 1)
 
 
-def _within(start: Numbers, end: Numbers, margin: float, size: Size) -> tuple[Numbers, Numbers] | None:
+def within(start: Numbers, end: Numbers, margin: float, size: Size) -> tuple[Numbers, Numbers] | None:
     """Return the part of a line inside the picture and a margin around it; None if no part is inside."""
     direction = end - start
     first, last = 0.0, 1.0

@@ -57,7 +57,7 @@ class Sheet:
         self.size, self.letters = size, letters
         self.em = float(em) if em is not None else max(_EM * min(size[1], _SLIMMEST * size[0]), _LEAST_EM)
         self.width = max(_LINE * self.em, 1.0)  # lines below 1 pixel would become fainter, not thinner
-        behind = np.clip(np.asarray(background, np.float64), 0, 1)
+        behind = self.background = np.clip(np.asarray(background, np.float64), 0, 1)
         self.color = np.asarray(_contrasting(behind) if color is None else color, np.float64)
         # An outline in the background's colour is visible only where letters lie over the medium.
         self.outline_color = behind if color is None else np.asarray(_contrasting(self.color))
@@ -91,13 +91,23 @@ class Sheet:
         self.written.append(self.text_rect(text, middle, scale, turned=turned))
         size = scale * self.em
         left, base = self._start(self.letters.box(text, size), middle, turned)
-        for layer, color, outline in (
-            ("outline", self.outline_color, max(round(_OUTLINE * size), 1)), ("text", self.color, 0)
-        ):  # fmt: skip
+        self._lay_text(text, size, left, base, turned)
+
+    def _lay_text(self, text: str, size: float, left: int, base: int, turned: bool) -> None:
+        """Draw a line of text at `size` pixels per em whose base line begins at a pixel."""
+        both = self.text_marks(text, size, turned)
+        for layer, (coverage, x, y, color) in zip(("outline", "text"), both, strict=True):
+            self._marks[layer].append(marks.patch(coverage, left + x, base + y, color, self.size))
+
+    def text_marks(self, text: str, size: float, turned: bool) -> list[tuple[NDArray[np.float64], int, int, NDArray]]:
+        """Return the coverage of a text's outline and of its letters, with places from the base line, and colours."""
+        found = []
+        for color, outline in ((self.outline_color, max(round(_OUTLINE * size), 1)), (self.color, 0)):
             coverage, x, y = self.letters.coverage(text, size, outline)
             if turned:
                 coverage, x, y = np.rot90(coverage), y, -x - coverage.shape[1]
-            self._marks[layer].append(marks.patch(coverage, left + x, base + y, color, self.size))
+            found.append((coverage, x, y, color))
+        return found
 
     @staticmethod
     def _start(box: Box, middle: Point, turned: bool) -> tuple[int, int]:
@@ -124,14 +134,17 @@ class Sheet:
         """Draw an array of coverage and colours at whole pixels."""
         self._marks[layer].append(marks.patch(coverage, left, top, colors, self.size))
 
+    def all_marks(self) -> list[Mark]:
+        """Return all marks over the medium, in the order in which they are composited."""
+        return [mark for layer in LAYERS[1:] for mark in self._marks[layer]]
+
     def over(self, picture: NDArray, background: ArrayLike) -> NDArray:
         """Return a copy of the picture with all marks composited behind and over it."""
         pixels = picture.copy()
         for mark in self._marks["behind"]:
             marks.lay_behind(pixels, mark, background)
-        for layer in LAYERS[1:]:
-            for mark in self._marks[layer]:
-                marks.lay_over(pixels, mark)
+        for mark in self.all_marks():
+            marks.lay_over(pixels, mark)
         return pixels
 
 

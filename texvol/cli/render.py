@@ -26,9 +26,9 @@ from texvol.output import sequences
 from texvol.output.export import PictureExport, is_exact
 from texvol.scene.scene import Scene
 from texvol.slicing.slabs import SLICINGS
-from texvol.util import writing
+from texvol.util import progress, writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import say, stage, status_line
+from texvol.util.terminal import done, say, stage, status_line
 
 if TYPE_CHECKING:
     import numpy as np
@@ -172,19 +172,22 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    last = summary(scene_options, scene, arguments.output, error, start)
+    chose_rate = any((arguments.slab_thickness, arguments.sampling_rate, arguments.max_error))
+    last = summary(scene_options, scene, arguments.output, error, start, by_default=not chose_rate)
     say("\n".join([*said, *reasons(scene_options, scene), last]))
 
 
 @contextmanager
 def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
+    from texvol.opengl.piecewise import PiecewiseCompositor
     from texvol.rendering.renderer import Renderer
 
     stage("drawing")
     workers = workers_of(arguments)
     if workers is None:
-        with Renderer(arguments.backend, texture_memory=arguments.texture_memory) as renderer:
+        how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
+        with Renderer(arguments.backend, **how) as renderer:
             yield renderer
         return
     from texvol.distributed.renderer import DistributedRenderer
@@ -203,10 +206,16 @@ def _draw_picture(
     arguments: argparse.Namespace,
 ) -> NDArray[np.float32]:
     """Return the picture; write coarser ones before it if they are asked for."""
+    from texvol.rendering import forecast
+
     accuracy = {"repeat": arguments.repeat, "check": arguments.check} | _accuracy(arguments)
     if arguments.progressive:
         show_coarse_pictures(renderer, scene, arguments, export, scene_options, accuracy)
-    return renderer.render(scene, scene_options.size, **accuracy)
+    size = scene_options.size
+    if arguments.repeat > 1:  # what is timed is drawn in one piece
+        return renderer.render(scene, size, **accuracy)
+    with progress.heard(done, forecast.of_picture(scene, size, accuracy)):
+        return renderer.render(scene, size, **accuracy)
 
 
 def _scene(

@@ -67,7 +67,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     from texvol.util.errors import InputError
-    from texvol.window import script
+    from texvol.window import kept, script
     from texvol.window.application import Plan
     from texvol.window.document import opened
 
@@ -79,12 +79,14 @@ def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     if arguments.frame_rate is not None:
         given["frames_per_second"] = arguments.frame_rate
     name = arguments.volume or arguments.scene
+    # What is played back must not depend on what was done before.
+    usual = (None if arguments.script else kept.picture_size()) or DEFAULT_SIZE
     if name is not None:
         scene_options = options.SceneOptions(arguments)  # reports wrong options before the window opens
-        size = scene_options.size if "size" in vars(arguments) or arguments.scene else DEFAULT_SIZE
+        size = scene_options.size if "size" in vars(arguments) or arguments.scene else usual
         given |= {"open": lambda pixels: opened(arguments, pixels), "name": name}
     else:
-        size = vars(arguments).get("size", DEFAULT_SIZE)
+        size = vars(arguments).get("size", usual)
     player = script.Player(script.read(arguments.script)) if arguments.script else None
     return Plan(
         size, panels=arguments.panels, frames=arguments.frames, screenshot=arguments.screenshot,

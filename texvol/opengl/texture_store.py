@@ -23,11 +23,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
+from texvol.scene.gradient import seconds_of
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple, cut, layered_size, texture_size, whole
 from texvol.textures.slab_texture import SlabTexture
 from texvol.textures.spread_texture import SMOOTHED
 from texvol.textures.value_texture import ValueTexture
+from texvol.util import progress
 from texvol.util.errors import InputError
 from texvol.util.memory import free_memory
 
@@ -49,6 +51,8 @@ _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_memin
 _LARGE = 512 << 20  # bytes of texels: more are drawn in bricks
 _LARGE_BRICK = 128 << 20  # bytes of these bricks, at most
 _AT_FIRST = 256 << 20  # bytes of their textures in the first picture
+# A sample takes about so long on two cores to be baked and uploaded: as it is, with its gradient, and lit.
+SECONDS_OF_A_SAMPLE, SECONDS_OF_A_GRADIENT, SECONDS_OF_A_LIT_SAMPLE = 8e-9, 2.5e-8, 8e-8
 _BRICKS_IN_BUDGET = 4  # at least: those that are drawn first are still there for the next picture
 
 BakedTexture = SlabTexture | ValueTexture
@@ -273,6 +277,15 @@ def write_texels(
                 x, y, z = brick.has_room_beyond
                 for edge, place in _edges(texels, (z and end == nz, y, x)):
                     _write(textures[name], edge, (place[2], place[1], start + place[0]))
+        progress.advance((end - start) * ny * nx * seconds_of_sample(baked))
+
+
+def seconds_of_sample(baked: BakedTexture) -> float:
+    """Return about how long a sample takes on two cores to be baked and uploaded."""
+    estimator = getattr(baked, "estimator", None)
+    if estimator is not None:
+        return SECONDS_OF_A_GRADIENT + seconds_of(baked.volume, estimator) / max(baked.volume.size, 1)
+    return SECONDS_OF_A_LIT_SAMPLE if getattr(baked, "samples", None) is not None else SECONDS_OF_A_SAMPLE
 
 
 def bytes_of_sample(baked: BakedTexture) -> int:

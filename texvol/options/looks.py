@@ -31,6 +31,7 @@ from texvol.scene.transfer.files import read_content
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
+_FRONT = Camera.orthographic((0, -1, 0), (0, 0, 0), (0, 0, 1), 1)  # without a volume
 _SHOWN_BY = ("light", *lit.SHADING, "gradient", "background")
 
 
@@ -52,29 +53,32 @@ def _look_by(chosen: Mapping[str, Any], volume: Volume) -> Look:
         return Look(volume_options.medium_of(chosen, volume), EXPOSED, look_as_is(volume).gradient, name="label-look")  # type: ignore[arg-type]
     if "tf" not in chosen:
         return look_as_is(volume)
-    return load_look(chosen["tf"], volume, chosen.get("materials"))
+    return load_look(chosen["tf"], volume, chosen.get("materials"), chosen.get("unit-distance"))
 
 
-def load_look(name: str, volume: Volume, materials: Sequence[str] | None = None) -> Look:
-    """Return the look of a preset, or of a transfer-function file; a file without light is unlit.
+def load_look(
+    name: str, volume: Volume | None, materials: Sequence[str] | None = None, unit_distance: float | None = None
+) -> Look:
+    """Return the look of a preset or colour map, or of a transfer-function file; a file without light is unlit.
 
     Raises
     ------
     InputError
         If it is not found, or does not fit the volume.
     """
-    if name in transfer.PRESETS:
+    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
+    if volume is not None and not volume_options.is_file(name):
         return look_of(name, volume, materials)
-    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None)
-    return _of_file(name, medium, Camera.framing(volume))
+    camera = _FRONT if volume is None else Camera.framing(volume)
+    return _of_file(name, medium, unit_distance, camera)
 
 
-def _of_file(path: str, medium: transfer.TransferFunction, camera: Camera) -> Look:
+def _of_file(path: str, medium: transfer.TransferFunction, unit_distance: float | None, camera: Camera) -> Look:
     """Return the look of a file whose transfer function is known; a set of lights is placed by the camera."""
     from texvol.options.groups import SCENE_OPTIONS
 
     chosen: dict[str, Any] = {}
-    for key, value in read_content(path).items():
+    for key, value in read_content(path, unit_distance).items():
         name = key.replace("_", "-")
         if name not in _SHOWN_BY or (name == "gradient" and not isinstance(value, str)):
             continue

@@ -30,9 +30,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering import forecast
 from texvol.rendering.settings import Settings
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
+from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, NoRoomError
 
 ORDER = 1.0
@@ -45,6 +47,9 @@ EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times as long as the picture
 _LEAST_ESTIMATED = 48  # pixels along each side of a small picture: fewer may miss the largest error
 _COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
+
+_USUAL_ORDER = 1.5  # of the error, for the forecast of a search
+_FORESEEN = 0.25  # fraction of the time of a search that goes into small pictures
 
 AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
@@ -104,6 +109,7 @@ def thickness_for_error(
     finest: float = _FINEST_RATE,
     rounding: Callable[[], float] = lambda: 0.0,
     relative: float = ROUNDING,
+    told: Callable[[float, float], None] = lambda rate, excess: None,
 ) -> Choice:
     """Find the coarsest slab thickness, a power of two of the spacing, with an estimated error of at most `wanted`.
 
@@ -125,6 +131,8 @@ def thickness_for_error(
         Returns the error that the rounding of values adds to the last picture, whatever its slabs.
     relative : float
         Error by all other rounding, relative to the largest number of the picture or 1, see `rounding_of`.
+    told : callable
+        Called with each rate that is not fine enough, and its error relative to `wanted`.
     """
     begin = begin or Begin()
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: the search for coarser slabs meets some again
@@ -144,6 +152,7 @@ def thickness_for_error(
         held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # with thicker slabs, samples could lie between two of them
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
+        told(rate, error / wanted)
         # Only the other part of the estimate depends on the slabs of the picture.
         rate = min(rate * 2 ** _fewest_halvings(error - held.own_error, wanted - held.own_error), finest)
     found = Choice(smallest_spacing / rate, error, error <= wanted, at(rate), Begin(rate, held.rate))
@@ -256,14 +265,17 @@ def estimate_by_finer(
 ) -> float:
     """Estimate the maximum error of a picture from a finer one.
 
-    The finer picture has half the slab thickness, or two slabs per voxel if that is thinner and affordable: samples may
+    The finer picture has half the slab thickness, of `post` a quarter, or two slabs per voxel if that is thinner and
+    affordable: samples may
     lie between thicker slabs, and pictures may agree that nothing is there. If there is no memory for the bricks of
     that picture, thinner slabs are tried, which need less margin. `draw` takes a scene and a thickness. The estimate is
     infinite if no finer picture can be drawn.
     """
     reference = converging(scene)
     most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
-    first = max(min(float(np.log2(thickness / scene.smallest_spacing)) + 1, most), 1.0)
+    # Thin slabs of `post` miss as much as those of half their thickness find too much: a quarter leaves less margin.
+    least = 2.0 if scene.mode == "composite" and scene.classification == "post" else 1.0
+    first = max(min(max(float(np.log2(thickness / scene.smallest_spacing)) + 1, least), most), 1.0)
     for halvings in np.arange(first, most + 1e-9):
         try:
             finer = draw(reference, thickness / 2**halvings)
@@ -331,7 +343,11 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        choice = self._search(scene, size, settings, wanted, self.foresee(scene, size, settings, wanted).begin)
+        with progress.span(_FORESEEN, forecast.of_foreseeing(scene, size)):
+            begin = self.foresee(scene, size, settings, wanted).begin
+        if progress.is_heard():
+            progress.expect(forecast.of_search(scene, size, settings, begin.rate, begin.reference))
+        choice = self._search(scene, size, settings, wanted, begin)
         if not choice.reached:
             warnings.warn(
                 f"requested error of {wanted:g} not reached: {choice.estimated_error:.2g} by estimate, "
@@ -345,6 +361,12 @@ class ErrorSearch:
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
     ) -> Choice:
         reference = converging(scene)
+
+        def told(rate: float, excess: float) -> None:
+            if progress.is_heard():
+                finer = min(rate * excess ** (1 / _USUAL_ORDER), _FINEST_RATE)
+                progress.expect(forecast.of_search(scene, size, settings, finer, finer))
+
         return thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
             lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
@@ -355,4 +377,5 @@ class ErrorSearch:
             finest=finest_rate(scene),
             rounding=lambda: self._rounding(scene),
             relative=rounding_of(scene),
+            told=told,
         )

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import Stopwatch
+from texvol.rendering import forecast
 from texvol.rendering.render import draw, read
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described
 from texvol.scene.scene import CompleteScene
+from texvol.util import progress
 from texvol.util.statistics import median
 
 Size = tuple[int, int]
@@ -90,9 +92,11 @@ class PicturesInMemory:
             if len(drawn.textures.bricks) == 1 and drawn.visible_part(drawn.textures.bricks[0]) is not None:
                 drawn.textures.resources(drawn.textures.bricks[0])
         times = []
+        bricks = sum(len(drawn.textures.bricks) for drawn in drawing.volumes) if len(drawing.volumes) == 1 else 1
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            self.bricks_drawn = draw(self.compositor, drawing, surfaces, settings.target_format)
+            with progress.part(forecast.of_drawing(scene, size, settings) if progress.is_heard() else 0.0, bricks):
+                self.bricks_drawn = draw(self.compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
         self._watch.seconds["draw"] = median(times[1:] or times)

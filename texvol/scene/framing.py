@@ -5,7 +5,7 @@ cent of its light on each side fills `FILL` of the picture, unless clearly visib
 would reach its border.
 
 Directions are those of the body where the volume's file names them. Otherwise the front is the side of lower y,
-the right side that of higher x, and up is z.
+the right side that of higher x, and up is z; and what is flat is seen from its broad side if no side is chosen.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ FILL = 0.9  # of the picture, what shows
 _BORDER = 0.98  # of the picture, all of what shows clearly
 _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle, on each side
 _BINS = 128  # of the coarse picture, along its longer side
-_FAINT = 0.02  # opacity that nobody sees
+_FLAT, _ROD = 0.6, 0.5  # ratios of the extents of what is flat: least to middle, at most; middle to largest, at least
+_SLANT = np.radians(35.0)  # between the view and the short axis of what is flat
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
 
 VIEWS = ("front", "back", "left", "right", "top", "bottom", "iso")
@@ -124,7 +125,27 @@ def framed(
         return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect, turn=turn)
     if not content:
         return camera if eye is None else _around(box, camera, aspect)
+    if eye is None and letters_of_space(box.space) is None:
+        camera = _towards_broad_side(camera, content, box)
     return _filled(camera, content, aspect, box)
+
+
+def _towards_broad_side(camera: Camera, content: Content, box: Volume) -> Camera:
+    """Return the camera turned so that it looks at the broad side of what is flat, from a little beside it."""
+    edges = _box_of(content, box).box_edges
+    extents = np.linalg.norm(edges, axis=0)
+    least, middle, largest = np.argsort(extents)
+    if extents[least] > _FLAT * extents[middle] or extents[middle] < _ROD * extents[largest]:
+        return camera
+    to_eye = -np.asarray(camera.forward)
+    short = edges[:, least] / extents[least]
+    short = short if short @ to_eye >= 0 else -short
+    beside = to_eye - (to_eye @ short) * short
+    if short @ to_eye >= np.cos(_SLANT) or not np.linalg.norm(beside) > 0:
+        return camera
+    towards = np.cos(_SLANT) * short + np.sin(_SLANT) * beside / np.linalg.norm(beside)
+    distance = float(np.linalg.norm(np.subtract(camera.eye, camera.target)))
+    return replace(camera, eye=tuple(np.array(camera.target) + distance * towards))
 
 
 def filled(camera: Camera, scene: SceneParts, aspect: float) -> Camera:
@@ -183,7 +204,7 @@ def _typical(numbers: NDArray[np.float64]) -> float:
 def _level(camera: Camera, content: Content, aspect: float, box: Volume) -> Camera:
     """Return an orthographic camera that frames what shows."""
     places = camera.in_eye_space(content.points, content.about)
-    typical, clearly = _extents(places[:, :2], content.amounts, content.apart)
+    typical, clearly = _extents(content, places[:, :2])
     middle, height = _fitting(typical, clearly, aspect)
     depth = _typical(places[:, 2])
     target = np.array(camera.eye) + middle[0] * camera.right + middle[1] * camera.upward + depth * camera.forward
@@ -201,7 +222,7 @@ def _perspective(camera: Camera, content: Content, aspect: float) -> Camera:
             camera = _moved(camera, (0.0, 0.0), depth, 2 * max(depth, float(np.ptp(places[:, 2]))))
             continue
         slopes = places[:, :2] / places[:, 2:]
-        typical, clearly = _extents(slopes, content.amounts / places[:, 2] ** 2, content.apart / depth)
+        typical, clearly = _extents(content, slopes, 1 / places[:, 2], 1 / depth)
         middle, height = _fitting(typical, clearly, aspect)
         camera = _moved(
             camera, (middle[0] * depth, middle[1] * depth), depth, depth * height / (2 * camera.half_height)
@@ -239,23 +260,27 @@ def extent_seen(camera: Camera, content: Content) -> tuple[Extent, float] | None
         return None
     if camera.projection == "orthographic":
         half = camera.half_height
-        return _extents(places[:, :2] / half, content.amounts / half**2, content.apart / half)[0], depth
+        return _extents(content, places[:, :2] / half, 1 / half, 1 / half)[0], depth
     scale = places[:, 2:] * camera.half_height
-    return _extents(places[:, :2] / scale, content.amounts / scale[:, 0] ** 2, content.apart / scale.mean())[0], depth
+    return _extents(content, places[:, :2] / scale, 1 / scale[:, 0], 1 / scale.mean())[0], depth
 
 
-def _extents(places: Numbers, amounts: Numbers, apart: float) -> tuple[Extent, Extent]:
+def _extents(
+    content: Content, places: Numbers, scales: Numbers | float = 1.0, scale: float = 1.0
+) -> tuple[Extent, Extent]:
     """Return the ends of all but half a per cent of the light on each side, and of all that shows clearly.
 
-    `places` are positions across and upwards, shape (n, 2); `amounts` are optical depths times areas in that plane.
+    `places` are positions across and upwards, shape (n, 2), in a plane in which lengths at the content's points are
+    `scales` times, and typically `scale` times, as long as in the world.
     """
+    amounts, apart = content.amounts * np.square(scales), content.apart * scale
     low, high = places.min(axis=0) - apart / 2, places.max(axis=0) + apart / 2
     width = max(float((high - low).max()) / _BINS, 1.5 * apart, 1e-300)
     counts = np.maximum(np.ceil((high - low) / width).astype(int), 1)
     column, row = np.minimum(((places - low) / width).astype(int), counts - 1).T
     sums = np.bincount(column * counts[1] + row, weights=amounts, minlength=int(counts.prod()))
     opacity = -np.expm1(-sums.reshape(counts) / width**2)
-    opacity[opacity < _FAINT] = 0.0
+    opacity[opacity < content.faint] = 0.0
     if not opacity.any():
         opacity = sums.reshape(counts)
     ends = [

@@ -48,6 +48,7 @@ class _Progress:
 
     def __init__(self) -> None:
         self.stage = "working"
+        self.fraction = 0.0  # of the stage that is done, if it is known
         self.is_shown = self.has_other = False  # True while the line, or one of `status_line`, is on the terminal
         self._lock = threading.Lock()
         self._ended = threading.Event()
@@ -68,7 +69,8 @@ class _Progress:
                 continue
             with self._lock:
                 if not self._ended.is_set():
-                    text = one_line(f"texvol: {self.stage}, {seconds:.0f} s", _WIDTH)
+                    done = f" {100 * self.fraction:.0f} %" if self.fraction > 0 else ""
+                    text = one_line(f"texvol: {self.stage}{done}, {seconds:.0f} s", _WIDTH)
                     print(f"\r{text.ljust(_WIDTH)}", end="", file=sys.stderr, flush=True)
                     self.is_shown = True
 
@@ -102,7 +104,13 @@ def showing_progress() -> Iterator[None]:
 def stage(text: str) -> None:
     """Name what the command does from now on, for the line of progress."""
     if _progress is not None:
-        _progress.stage = text
+        _progress.stage, _progress.fraction = text, 0.0
+
+
+def done(fraction: float) -> None:
+    """Tell how much of the stage is done, for the line of progress."""
+    if _progress is not None:
+        _progress.fraction = fraction
 
 
 @contextmanager

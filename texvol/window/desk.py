@@ -11,12 +11,16 @@ from typing import Any
 from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
+from texvol.window.clipboard import Clipboard
 from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
+from texvol.window.layout import Layout
 from texvol.window.loading import Loading
+from texvol.window.measuring import Measuring
 from texvol.window.moving import Moving
+from texvol.window.moving_annotation import MovingAnnotation
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
@@ -26,6 +30,7 @@ from texvol.window.screen import Textures
 from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
 from texvol.window.switched import Off
+from texvol.window.times import Times
 
 MESSAGE_SECONDS = 8.0
 PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
@@ -52,6 +57,7 @@ class Preferences:
     tab: str = ""  # name of the tab to select in the next frame
     fullscreen: bool = False
     width: float = PANEL_WIDTH  # of the panels
+    details: bool = False  # of the picture, at the foot of the panels
 
 
 @dataclass
@@ -64,6 +70,8 @@ class Desk:
         Rectangle of the picture in the window; `pixels` is its size in pixels.
     waiting : list of Loading
         Files to be read after the current one, in order.
+    layout : Layout
+        Views in the picture area; `viewport` is that of the 3D view.
     questions : list of Question
         Questions that are not yet answered; the last one is shown.
     replaced : Replaced
@@ -75,7 +83,7 @@ class Desk:
     clerk : Painter, optional
         Process that writes pictures and films, started when first needed.
     writing : float, optional
-        Fraction of a file that is written, from 0 to 1; None if no file is being written.
+        Fraction of a file that is written, from 0 to 1; None if no file is being written. `written` is its path.
     orders : list of dict
         Files to be written after the current one.
     closes_when_written : bool
@@ -102,6 +110,7 @@ class Desk:
     copy: Callable[[str], None]
     preferences: Preferences = field(default_factory=Preferences)
     steering: Steering = field(default_factory=Steering)
+    layout: Layout = field(default_factory=Layout)
     textures: Textures | None = None
     document: Document | None = None
     viewport: Viewport = field(default_factory=lambda: Viewport(0, 0, 1, 1))
@@ -109,12 +118,17 @@ class Desk:
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
     waiting: list[Loading] = field(default_factory=list)
+    times: Times = field(default_factory=Times)
+    search: Any = None  # for what shows, see `texvol.window.reframing`
     questions: list[Question] = field(default_factory=list)
     replaced: Replaced = field(default_factory=Replaced)
     has_replaced: bool = False
     own: OwnFiles = field(default_factory=OwnFiles)
+    measuring: Measuring = field(default_factory=Measuring)
     clerk: Painter | None = None
     writing: float | None = None
+    written: str = ""
+    clipboard: Clipboard = field(default_factory=Clipboard)
     orders: list[dict[str, Any]] = field(default_factory=list)
     closes_when_written: bool = False
     wants_close: bool = False
@@ -127,6 +141,7 @@ class Desk:
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
     folder: Path = field(default_factory=Path.cwd)
+    annotating: MovingAnnotation = field(default_factory=MovingAnnotation)
 
     def say(self, text: str, *, fault: bool = False) -> None:
         """Show a message; a fault is shown longer. While a script is played back, only faults are shown."""
@@ -321,6 +336,7 @@ class Desk:
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
         clerk, job, self.writing = self.clerk, self.orders.pop(0), 0.0
+        self.written = str(job["path"])
         self.attempt(lambda: clerk.ask(**job))
 
     def stop_writing(self) -> None:
@@ -331,7 +347,8 @@ class Desk:
         self.orders.clear()
 
     def close(self) -> None:
-        """End the clerk."""
+        """End the clerk, and the reading of time steps."""
+        self.times.close()
         if self.clerk is not None:
             self.clerk.close()
 
@@ -360,7 +377,7 @@ class Desk:
         self.wants_close |= self.closes_when_written and self.writing is None
 
     def _wrote(self, answer: Answer) -> None:
-        for name in ("picture name", "film name"):
+        for name in ("picture name", "film name", "time film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # a new name is proposed
         files = written(answer.text, answer.metadata.get("views"))

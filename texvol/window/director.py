@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from numpy.typing import NDArray
 
+from texvol.annotation import Annotation
 from texvol.scene.scene import Scene
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
@@ -42,6 +43,12 @@ class Shown:
     state: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
     coarseness: Coarseness | None = None
+    wanted: Wanted | None = None  # of a picture that moves
+
+    @property
+    def lacks_annotation(self) -> bool:
+        """True if the window has to draw the annotation over the picture, whose pixels have four channels then."""
+        return self.pixels.shape[2] == 4
 
 
 class Director:
@@ -53,10 +60,11 @@ class Director:
         self._wanted: Wanted | None = None
         self.version = 0  # number of changes of the wanted scene
         self._changed_at = 0.0
-        self._moving: tuple[int, Coarseness, Size] | None = None  # job of the mover: version, coarseness, full size
+        self._moving: tuple[int, Coarseness, Wanted] | None = None  # job of the mover: version, coarseness, its scene
         self._moved = self._refined = 0  # newest version that was sent to each painter
         self.shown: Shown | None = None
         self.faults: list[str] = []
+        self.refined = 0.0  # fraction of the work of the picture at rest that is done
         self.pictures = 0  # number of pictures received
         self._aside: Callable[[NDArray], None] | None = None  # receiver of the mover's current picture, if asked aside
 
@@ -71,6 +79,11 @@ class Director:
         if self._wanted is None:
             return True
         return self.shown is not None and self.shown.state == "rest" and self.shown.version == self.version
+
+    @property
+    def refining(self) -> bool:
+        """True while a better picture of the unchanged scene is being drawn."""
+        return self._wanted is not None and self._refined == self.version and self._refiner.busy
 
     @property
     def idle(self) -> bool:
@@ -106,14 +119,15 @@ class Director:
         scene, size, showing = self._wanted.scene, self._wanted.size, self._wanted.showing
         if self._moved < self.version and not self._mover.busy:
             coarseness = self.pace.choose(size)
-            self._moved, self._moving = self.version, (self.version, coarseness, size)
+            self._moved, self._moving = self.version, (self.version, coarseness, self._wanted)
             self._mover.ask(
-                kind="move", scene=moving_scene(scene), size=coarseness.size(size), showing=showing,
+                kind="move", scene=moving_scene(scene), size=coarseness.size(size),
+                showing=replace(showing, annotation=Annotation()), with_opacity=bool(showing.annotation),
                 accuracy={"sampling_rate": coarseness.rate, "early_termination": MOVING_TERMINATION},
             )  # fmt: skip
         settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
         if settled and self._refined < self.version:
-            self._refined = self.version
+            self._refined, self.refined = self.version, 0.0
             self._refiner.ask(kind="rest", scene=at_rest(scene), size=size, showing=showing, accuracy=self.accuracy)
         return new
 
@@ -145,23 +159,26 @@ class Director:
             self._fault(answer)
             return False
         assert self._moving is not None and answer.pixels is not None
-        version, coarseness, size = self._moving
+        version, coarseness, wanted = self._moving
         if self.pictures == 0 and not is_software(answer.metadata.get("renderer", "")):
             self.pace.ladder = quality.ON_CARD
         warm = self.pictures > 0
         self.pictures += 1
         if warm and answer.final:  # the first picture also compiles programs and uploads textures
-            self.pace.learn(coarseness, size, answer.metadata["seconds"])
+            self.pace.learn(coarseness, wanted.size, answer.metadata["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
             return False  # the refiner's picture is already shown
-        self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness)
+        self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness, wanted)
         return True
 
     def _hear_refiner(self, answer: Answer) -> bool:
         if answer.kind == "failed":
             self._fault(answer)
             if self.shown is not None:
-                self.shown = Shown(self.shown.pixels, self.version, "rest", self.shown.metadata)
+                self.shown = replace(self.shown, version=self.version, state="rest")
+            return False
+        if answer.kind == "progress":
+            self.refined = float(answer.metadata["done"])
             return False
         assert answer.pixels is not None
         self.pictures += 1

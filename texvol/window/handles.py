@@ -28,6 +28,7 @@ from texvol.window.navigation import Position, rotation, triple
 # Half heights of the picture per radius of the box: below, a short drag would move a plane out of the box.
 _LEAST_SPEED = 0.2
 _ARROW = 0.5  # length of a plane's arrow, in radii of the box
+_BEHIND = 1e-3  # radii of the box: what lies beside its middle is not behind
 _THINNEST = 1e-3  # least width of a crop box, as a fraction of the volumes' box
 
 
@@ -104,6 +105,11 @@ def drag_distance(handle: Handle, camera: Camera, by: Position, radius: float) -
 def points_away(handle: Handle, camera: Camera) -> bool:
     """True if the handle's axis points away from the eye."""
     return float(np.array(handle.axis) @ camera.forward) > 0
+
+
+def is_behind(handle: Handle, camera: Camera, box: Volume) -> bool:
+    """True if the handle lies on the far side of the box: farther from the eye than the box's middle."""
+    return float(camera.forward @ (np.array(handle.point) - box.centre)) > _BEHIND * box.radius
 
 
 def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, Any]:

@@ -81,7 +81,7 @@ class Interface:
 
 
 def _feed(io: Any, event: Event) -> None:
-    if event.kind in ("key", "button"):
+    if event.kind in ("key", "button", "scroll"):
         for name, key in (("ctrl", imgui.Key.mod_ctrl), ("shift", imgui.Key.mod_shift), ("alt", imgui.Key.mod_alt)):
             io.add_key_event(key, name in event.modifiers)
     if event.kind == "move":
@@ -138,4 +138,8 @@ def _apply_style(scale: float) -> None:
     style.frame_padding = imgui.ImVec2(8 * scale, 4 * scale)
     style.item_spacing = imgui.ImVec2(8 * scale, 6 * scale)
     style.item_inner_spacing = imgui.ImVec2(6 * scale, 4 * scale)
+    style.cell_padding = imgui.ImVec2(4 * scale, 2 * scale)
+    style.separator_text_padding = imgui.ImVec2(20 * scale, 3 * scale)
+    style.separator_text_border_size, style.indent_spacing = 3 * scale, 20 * scale
+    style.grab_min_size = 12 * scale
     style.scrollbar_size = 12 * scale

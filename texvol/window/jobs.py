@@ -43,16 +43,19 @@ class Job:
         Number of the job; a process drops a job when one with a higher number arrives.
     kind : str
         "move": one picture with `accuracy`. "rest": several pictures with decreasing error, the last within
-        `accuracy["max_error"]`. "file": a picture file at `path`. "film": `views` pictures at `path`, of a turn or a
-        tour, the `course`.
+        `accuracy["max_error"]`. "file": a picture file at `path`. "film": `views` pictures at `path`, of a turn or
+        a tour, the `course`.
+        "steps": a picture for each of `views` time steps at `path`.
     accuracy : mapping
         Arguments of `Renderer.render`.
     name : str
         Name of the volume in the header of a file.
+    with_opacity : bool
+        True if the answer's pixels have the opacity as a fourth channel.
     """
 
     number: int
-    kind: Literal["move", "rest", "file", "film"]
+    kind: Literal["move", "rest", "file", "film", "steps"]
     scene: Scene
     size: Size
     accuracy: Mapping[str, Any] = field(default_factory=dict)
@@ -62,6 +65,7 @@ class Job:
     course: Turn | Tour = field(default_factory=Turn)
     fps: float | None = None
     name: str = ""
+    with_opacity: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,8 +79,9 @@ class Answer:
         "failed": `text` is the reason.
     final : bool
         True for the last answer to a job.
-    pixels : array of shape (height, width, 3), uint8
-        Picture in sRGB, as in a PNG file.
+    pixels : array of shape (height, width, 3) or (height, width, 4), uint8
+        Picture in sRGB, as in a PNG file; with the opacity of the medium if the job asks for it. The colours include
+        the background in any case.
     metadata : mapping
         `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known.
     """

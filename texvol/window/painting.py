@@ -1,8 +1,7 @@
 """Painting process: it draws the jobs that a Painter sends, with a headless Renderer.
 
 A picture at rest may take seconds, and has to be dropped when a newer job arrives. So it is drawn in groups of rows,
-and after each group the number of the newest job is read from shared memory. The picture is the same bit for bit,
-because pixels do not depend on each other.
+and whenever the work tells its progress, the number of the newest job is read from shared memory.
 """
 
 from __future__ import annotations
@@ -14,17 +13,15 @@ import time
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import image
-from texvol.opengl.compositor import Compositor
-from texvol.opengl.contexts import Context
+from texvol.opengl.piecewise import PiecewiseCompositor
 from texvol.output.export import PictureExport
-from texvol.rendering import error_control
+from texvol.rendering import error_control, forecast
 from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings, checked_termination
@@ -33,67 +30,26 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.tour import Tour
 from texvol.slicing import slabs as slicing
-from texvol.util import writing
+from texvol.util import progress, writing
 from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
-# Seconds that a group of rows takes: a tenth of a noticeable delay.
-_PIECE = 0.015
-_FIRST_ROWS = 64
-_FEWEST_ROWS = 16  # with fewer rows, setting up costs more than drawing
+_TOLD = 0.05  # seconds between two messages of progress
+_FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
+_OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
 
 
 class Superseded(Exception):
     """A newer job has arrived."""
 
 
-class PiecewiseCompositor(Compositor):
-    """Compositor that draws groups of rows, and calls `check` before each; an exception of `check` ends the picture."""
-
-    check: Callable[[], None] | None = None
-
-    def __init__(self, context: Context) -> None:
-        super().__init__(context)
-        self._rows = _FIRST_ROWS
-
-    def blend(self, *triangles: Any) -> None:
-        """Draw triangles, some rows at a time."""
-        if self.check is None:
-            super().blend(*triangles)
-            return
-        target, row = self.target, 0
-        width, height = target.size
-        try:
-            while row < height:
-                self.check()
-                start, rows = time.perf_counter(), min(self._rows, height - row)
-                target.scissor = 0, row, width, rows
-                super().blend(*triangles)
-                self.finish()
-                row += rows
-                seconds = time.perf_counter() - start
-                if seconds > 2 * _PIECE:
-                    self._rows = max(self._rows // 2, _FEWEST_ROWS)
-                elif seconds < _PIECE:
-                    self._rows *= 2
-        finally:
-            target.scissor = None  # type: ignore[assignment]
-            target.use()
-
-
 class PiecewiseRenderer(Renderer):
-    """Renderer that can be interrupted."""
-
-    _compositor: PiecewiseCompositor
+    """Renderer that can be interrupted by whoever hears the progress."""
 
     def __init__(self) -> None:
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
         super().__init__(compositor=PiecewiseCompositor)
-
-    def interruptible(self, check: Callable[[], None] | None) -> None:
-        """Have `check` called several times during each following picture; None draws pictures in one piece."""
-        self._compositor.check = check
 
     def _draw(
         self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
@@ -114,6 +70,7 @@ class JobRunner:
     def __init__(self, answer: Callable[[Answer], None], newest: Callable[[], int]) -> None:
         self._answer, self._newest = answer, newest
         self._renderer = PiecewiseRenderer()
+        self._known: tuple[Any, ...] | None = None  # what the textures of the last job are made of
         self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator of the last lit scene's gradients
 
     def paint(self, job: Job) -> None:
@@ -122,9 +79,13 @@ class JobRunner:
         # Pictures at rest are drawn for a maximum error, so that auto is post.
         if job.scene.classification == "auto":
             job = replace(job, scene=job.scene.classified_as("post"))
-        self._renderer.interruptible(None if job.kind == "move" else partial(self._check, job))
+        do = {"move": self._move, "rest": self._rest, "file": self._file}.get(job.kind, self._film)
         try:
-            {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind](job)
+            if job.kind == "move":  # a small picture, drawn in one piece
+                do(job)
+            else:
+                with progress.heard(self._hearing(job), self._forecast(job)):
+                    do(job)
         except Superseded:
             pass
         except Exception as error:  # the window stays open and shows the reason
@@ -134,6 +95,30 @@ class JobRunner:
     def _check(self, job: Job) -> None:
         if self._newest() > job.number:
             raise Superseded
+
+    def _hearing(self, job: Job) -> Callable[[float], None]:
+        """Return what hears the progress of a job: it ends a job that is superseded, and tells the window the rest."""
+        told = time.perf_counter()
+        # The frames of a film are counted.
+        tells = job.kind != "film"
+
+        def hear(done: float) -> None:
+            nonlocal told
+            self._check(job)
+            if tells and time.perf_counter() - told >= _TOLD:
+                told = time.perf_counter()
+                self._answer(Answer("progress", job.number, final=False, metadata={"done": done}))
+
+        return hear
+
+    def _forecast(self, job: Job) -> float:
+        """Return about how many seconds a job takes on a usual machine."""
+        if job.kind == "film":
+            return 0.0
+        has_textures = self._known is not None and self._known == _of_textures(job.scene)
+        self._known = _of_textures(job.scene)
+        seconds = forecast.of_picture(job.scene, job.size, job.accuracy, has_textures=has_textures)
+        return seconds + _OF_WRITING * job.size[0] * job.size[1]
 
     def close(self) -> None:
         """Release the OpenGL context."""
@@ -164,19 +149,24 @@ class JobRunner:
             return
         start, renderer = time.perf_counter(), self._renderer
         slicing = job.accuracy.get("slicing", "stacks")
-        first = renderer.render(job.scene, job.size, slicing=slicing)
+        quickly = forecast.of_picture(job.scene, job.size, {})
+        with progress.span(_FIRST, quickly):
+            first = renderer.render(job.scene, job.size, slicing=slicing)
         self._send(job, first, start, final=False)
         wanted = job.accuracy["max_error"]
         if job.scene.mode in NUMBER_MODES:
             # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
-        choice = renderer.foresee(job.scene, job.size, wanted, slicing)
+        with progress.span(_FIRST, forecast.of_foreseeing(job.scene.completed(job.size), job.size)):
+            choice = renderer.foresee(job.scene, job.size, wanted, slicing)
         termination = checked_termination(None, wanted)
-        quick = renderer.render(
-            job.scene, job.size, slab_thickness=choice.slab_thickness, texture_format="rgba32f",
-            early_termination=termination, slicing=slicing,
-        )  # fmt: skip
+        thickness: dict[str, Any] = {"slab_thickness": choice.slab_thickness}
+        with progress.span(_FIRST, forecast.of_picture(job.scene, job.size, thickness, has_textures=True)):
+            quick = renderer.render(
+                job.scene, job.size, **thickness, texture_format="rgba32f", early_termination=termination,
+                slicing=slicing,
+            )  # fmt: skip
         metadata = {"wanted_error": wanted, "reached": choice.reached}
         metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
         self._send(job, quick, start, final=False, **metadata)
@@ -210,14 +200,18 @@ class JobRunner:
         metadata = {"texvol:renderer": self._renderer.renderer_name}
         metadata |= export.metadata(job.name, job.scene, job.path, self._renderer.settings)
         content = image.encoded(job.path, shown, metadata, transparent=job.showing.transparent)
+        self._check(job)  # a file that nobody wants any more is not written
         writing.write_files({job.path: content})
         warned = {"warnings": [str(each.message) for each in said]}
         self._answer(Answer("done", job.number, text=job.path, metadata=warned))
 
     def _film(self, job: Job) -> None:
         from texvol.output import sequences
+        from texvol.window import time_frames
 
-        if isinstance(job.course, Tour):
+        if job.kind == "steps":
+            frames = time_frames.frames(job.scene, job.views, job.name)
+        elif isinstance(job.course, Tour):
             frames = sequences.tour(job.scene, job.course, job.views, job.name)
         else:
             frames = sequences.views(job.scene, job.views, job.name, job.course)
@@ -249,7 +243,17 @@ class JobRunner:
             "renderer": self._renderer.renderer_name,
             "window": export.window,
         }
-        self._answer(Answer("picture", job.number, final, image.eight_bits(shown), metadata))
+        pixels = image.eight_bits(shown)
+        if job.with_opacity:
+            opacity = np.rint(np.clip(np.nan_to_num(shown[..., 3:]), 0, 1) * 255).astype(np.uint8)
+            pixels = np.concatenate([pixels, opacity], axis=2)
+        self._answer(Answer("picture", job.number, final, pixels, metadata))
+
+
+def _of_textures(scene: Scene) -> tuple[Any, ...]:
+    """Return what the textures of a scene are made of."""
+    lit = bool(scene.lighting), scene.gradient
+    return (*scene.volumes, scene.transfer_function, *lit) if scene.classification == "slab" else (*scene.volumes, *lit)
 
 
 def _export(job: Job) -> PictureExport:

@@ -51,9 +51,17 @@ BINDINGS = (
     Binding(("ctrl+shift+o",), "add", "add a volume or a mesh to the scene"),
     Binding(("ctrl+s",), "save", "save the scene"),
     Binding(("p", "f12"), "picture", "save the picture"),
-    Binding(("ctrl+c",), "copy", "copy the command line of this picture"),
+    Binding(("space",), "play", "play the time steps; pause"),
+    Binding(("comma",), "step -1", "the time step before"),
+    Binding(("period",), "step +1", "the time step after"),
+    Binding(("ctrl+c",), "copy", "copy the picture"),
+    Binding(("ctrl+shift+c",), "copy-command", "copy the command line of this picture"),
     Binding(("i",), "probe", "show value and extinction at the cursor"),
     Binding(("l",), "slices", "show slices"),
+    Binding(("g",), "layout", "slices beside the 3D view, or the 3D view alone"),
+    Binding(("m",), "tab Measure", "measure lengths, angles, boxes and profiles"),
+    Binding(("delete",), "measure delete", "remove the selected measure"),
+    Binding(("ctrl+m",), "measure copy", "copy all measures as CSV"),
     Binding(("f11",), "fullscreen", "fill the screen"),
     Binding(("ctrl+q",), "close", "close the window"),
 )
@@ -195,11 +203,8 @@ class Steering:
         return navigation.dolly(view, _WHEEL**-event.y, viewport.position(*self.cursor), volume)
 
     def _key(self, event: Event, outcome: Outcome, volume: Volume) -> None:
-        chord = "+".join([*sorted(event.modifiers), event.name])
-        if chord in _COMMANDS:
-            command = _COMMANDS[chord]
-            if command.startswith("axis"):
-                command = f"axis {'-' if 'shift' in event.modifiers else '+'}{event.name}"
+        chord = _chord(event)
+        if command := _command(event):
             outcome.commands.append(command)
         elif chord in _MOVES:
             outcome.view = _MOVES[chord](outcome.view, volume)
@@ -209,6 +214,24 @@ class Steering:
         elif event.name in _ARROWS and event.modifiers == ("shift",):
             right, up = (0.1 * part for part in _ARROWS[event.name])
             outcome.view = navigation.pan(outcome.view, right, up)
+
+
+def _chord(event: Event) -> str:
+    return "+".join([*sorted(event.modifiers), event.name])
+
+
+def _command(event: Event) -> str | None:
+    """Return the command of a pressed key."""
+    command = _COMMANDS.get(_chord(event))
+    if command is not None and command.startswith("axis"):
+        return f"axis {'-' if 'shift' in event.modifiers else '+'}{event.name}"
+    return command
+
+
+def pressed_commands(events: list[Event]) -> list[str]:
+    """Return the commands of all keys that are pressed."""
+    found = [_command(event) for event in events if event.kind == "key" and event.down]
+    return [command for command in found if command is not None]
 
 
 _ARROWS = {"left": (-1, 0), "right": (1, 0), "up": (0, 1), "down": (0, -1)}  # to the right, and upwards

@@ -88,6 +88,7 @@ def _field(browser: Browser) -> None:
     flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_completion
     hint = "name of the file" if browser.saves else "path; Tab completes it, Enter opens it"
     entered, text = imgui.input_text_with_hint("##path", hint, browser.text, flags, complete)
+    imgui.set_item_tooltip(hint)
     if imgui.is_item_active() or entered:
         browser.typing(text)
         browser.name = text if browser.saves else browser.name
@@ -129,7 +130,11 @@ def _entries(browser: Browser, foot: float) -> None:
     for name, width in _COLUMNS:
         how = imgui.TableColumnFlags_.width_fixed if width else imgui.TableColumnFlags_.width_stretch
         imgui.table_setup_column(name, how, width * scale)
-    imgui.table_headers_row()
+    imgui.table_next_row(imgui.TableRowFlags_.headers.value)
+    for name, _ in _COLUMNS:
+        imgui.table_next_column()
+        imgui.table_header(name)
+        imgui.set_item_tooltip(f"sort by {name}; once more: the other way round")
     _sort(browser)
     if browser.listing.fault or entries is None:
         imgui.table_next_row()
@@ -179,6 +184,7 @@ def _row(browser: Browser, entry: Entry, *, is_selected: bool) -> bool:
     text = here if entry.name == HERE else f"{entry.name}/" if entry.is_folder else entry.name
     flags = imgui.SelectableFlags_.allow_double_click | imgui.SelectableFlags_.span_all_columns
     clicked, _ = imgui.selectable(text, is_selected, flags)
+    imgui.set_item_tooltip(text if entry.is_known or entry.is_folder else f"{text}: no file that texvol reads")
     if is_selected and browser.moved:
         imgui.set_scroll_here_y(0.5)
         browser.moved = False

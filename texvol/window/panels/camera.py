@@ -16,7 +16,7 @@ from texvol.slicing.slabs import SLICINGS
 from texvol.window import commands, navigation, sides
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts, saved_views
+from texvol.window.panels import parts, saved_views, tips
 
 
 def show(desk: Desk, document: Document) -> None:
@@ -96,6 +96,7 @@ def _picture(desk: Desk, document: Document) -> None:
     if (changed := replace(annotation, **wanted)) != annotation:
         desk.attempt(lambda: document.annotate(changed, desk.pixels))
     entered, title = imgui.input_text("title", annotation.title or "")
+    tips.show("title")
     if entered:
         document.show(annotation=replace(document.showing.annotation, title=title or None))
     before = scene.depth_cue or DepthCue(0.0)

@@ -11,7 +11,7 @@ from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
-from texvol.window.panels import empty, film, parts
+from texvol.window.panels import empty, film, film_over_time, parts
 
 
 def show(desk: Desk) -> None:
@@ -31,6 +31,7 @@ def show(desk: Desk) -> None:
     imgui.separator_text("Picture")
     _picture(desk, document)
     film.show(desk, document, lambda: _name(desk, "film name", lambda: saving.default_name(document, ".mp4")))
+    film_over_time.show(desk, document)
 
 
 def _open(desk: Desk) -> None:
@@ -43,8 +44,11 @@ def _open(desk: Desk) -> None:
     entered, state["path"] = imgui.input_text_with_hint(
         "##path", "volume, scene.toml or tf.json", state.get("path", ""), imgui.InputTextFlags_.enter_returns_true
     )
+    imgui.set_item_tooltip("path of a file; Enter opens it")
     imgui.same_line()
-    if (imgui.button("open") or entered) and state["path"]:
+    pressed = imgui.button("open")
+    imgui.set_item_tooltip("open the file of this name (Enter)")
+    if (pressed or entered) and state["path"]:
         opening.open_file(desk, os.path.expanduser(state["path"]))
     _others(desk)
     empty.recently(desk, 6)
@@ -73,6 +77,7 @@ def _name(desk: Desk, key: str, proposed: Callable[[], str]) -> str:
         state[key] = proposed()
     imgui.set_next_item_width(-110 * parts.scale())
     _, state[key] = imgui.input_text(f"##{key}", state[key])
+    imgui.set_item_tooltip("name of the file to write; its ending decides the format")
     imgui.same_line()
     if imgui.button(f"…##{key}"):
         desk.browse("Save as", lambda path, _: state.update({key: path}), saves=True, name=str(state[key]))
@@ -89,8 +94,8 @@ def _saving(desk: Desk, document: Document) -> None:
     parts.steps(desk)
     imgui.same_line()
     if imgui.button("copy command line"):
-        commands.run(desk, "copy")
-    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-c)")
+        commands.run(desk, "copy-command")
+    imgui.set_item_tooltip("the command that draws this picture, for a terminal (ctrl-shift-c)")
 
 
 def _picture(desk: Desk, document: Document) -> None:

@@ -13,7 +13,7 @@ from texvol.scene.tour import Tour
 from texvol.window import exporting, motion
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts
+from texvol.window.panels import parts, writing
 
 _AXES = {
     "up": "up in the world", "picture": "up in the picture", "head": "head of the body",
@@ -48,7 +48,7 @@ def show(desk: Desk, document: Document, name: Callable[[], str]) -> None:
     path = name()
     if desk.writing is not None:
         if imgui.button("stop"):
-            desk.stop_writing()
+            writing.stop(desk)
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
         return
     if imgui.button("save##film"):

@@ -13,9 +13,12 @@ from texvol.window.handles import Handle
 from texvol.window.navigation import Position
 from texvol.window.panels import parts
 
-_LINE, _GRIP, _HELD = 0xA0_50_B8_FF, 0xFF_50_B8_FF, 0xFF_FF_FF_FF  # ABGR: amber, and white
-_TURNS = 0xFF_FF_C8_78  # light blue
-_RADIUS, _REACH = 6.0, 12.0  # window coordinates
+# Colours are ABGR. Grips of the crop box have that of their axis: x, y, z.
+_LINE, _HELD, _BORDER = 0xA0_D8_D8_D8, 0xFF_FF_FF_FF, 0xE0_10_10_10
+_OF_AXIS = (0xFF_5A_5A_F5, 0xFF_5A_C8_5A, 0xFF_FF_96_50)
+_PLANE, _TURNS = 0xFF_50_B8_FF, 0xFF_FF_E0_A0  # amber; a plane's arrow is light blue
+_RADIUS, _REACH = 6.0, 12.0  # window coordinates at scale 1, as are the next three
+_RING, _AROUND = 2.0, 1.5  # widths of a hollow grip's ring, and of the dark outline
 _APART = 30.0  # least distance of an arrow's tip from its foot, so that each can be picked
 
 
@@ -37,15 +40,34 @@ def draw(desk: Desk) -> None:
     for start, end in handles.outline(document.scene):
         one, other = handles.position_of(camera, start), handles.position_of(camera, end)
         if one is not None and other is not None:
-            drawn.add_line(_point(desk, one), _point(desk, other), _LINE, 1.5)
+            drawn.add_line(_point(desk, one), _point(desk, other), _LINE, 1.5 * parts.scale())
     over, grips = desk.panel_state.get("over"), _grips(desk)
     for (foot, foot_position), (tip, tip_position) in pairwise(grips):
         if tip.turns and foot.plane == tip.plane:
-            drawn.add_line(_point(desk, foot_position), _point(desk, tip_position), _TURNS, 2.0)
+            drawn.add_line(_point(desk, foot_position), _point(desk, tip_position), _TURNS, 2.0 * parts.scale())
     for number, (handle, position) in enumerate(grips):
-        color = _HELD if number == over else _TURNS if handle.turns else _GRIP
-        drawn.add_circle_filled(_point(desk, position), _RADIUS, color)
+        color = _HELD if number == over else _color(handle)
+        _grip(drawn, _point(desk, position), color, hollow=handles.is_behind(handle, camera, document.scene.box))
     drawn.pop_clip_rect()
+
+
+def _color(handle: Handle) -> int:
+    if handle.face is not None:
+        return _OF_AXIS[handle.face[0]]
+    return _TURNS if handle.turns else _PLANE
+
+
+def _grip(drawn: imgui.ImDrawList, at: imgui.ImVec2, color: int, *, hollow: bool) -> None:
+    """Draw a grip with a dark outline, which shows on any background; a hollow one is a ring."""
+    scale = parts.scale()
+    radius, ring, around = (each * scale for each in (_RADIUS, _RING, _AROUND))
+    if hollow:
+        middle = radius - ring / 2
+        drawn.add_circle(at, middle, _BORDER, 0, ring + 2 * around)
+        drawn.add_circle(at, middle, color, 0, ring)
+    else:
+        drawn.add_circle_filled(at, radius + around, _BORDER)
+        drawn.add_circle_filled(at, radius, color)
 
 
 def _shows(desk: Desk) -> bool:
@@ -63,7 +85,7 @@ def _grips(desk: Desk) -> list[tuple[Handle, Position]]:
             continue
         foot = found[-1] if found else None
         if each.turns and foot is not None and foot[0].plane == each.plane:
-            position = _apart(foot[1], position, 2 * _APART / max(desk.viewport.height, 1))
+            position = _apart(foot[1], position, 2 * _APART * parts.scale() / max(desk.viewport.height, 1))
         found.append((each, position))
     return found
 
@@ -96,7 +118,7 @@ def _drag(desk: Desk, grips: list[tuple[Handle, Position]]) -> int | None:
         return None
     for number, (handle, position) in enumerate(grips):
         at = _point(desk, position)
-        if np.hypot(at.x - mouse.x, at.y - mouse.y) < _REACH:
+        if np.hypot(at.x - mouse.x, at.y - mouse.y) < _REACH * parts.scale():
             desk.gripping = True
             if imgui.is_mouse_clicked(0):
                 state["grip"], state["gripped at"] = number, now

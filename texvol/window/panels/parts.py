@@ -126,6 +126,17 @@ def buttons(names: Sequence[str], in_row: int) -> str | None:
     return pressed
 
 
+def pressed_toggle(label: str, on: bool) -> bool:
+    """Show a button that stays marked while it is `on`; return True if it is pressed."""
+    if on:
+        imgui.push_style_color(imgui.Col_.button.value, imgui.get_style_color_vec4(imgui.Col_.button_active.value))
+    pressed = bool(imgui.button(label))
+    tips.show(label)
+    if on:
+        imgui.pop_style_color()
+    return pressed
+
+
 def width_of_steps() -> float:
     """Return the width of the buttons of `steps` beside another control, including the spacing before them."""
     style = imgui.get_style()

@@ -1,0 +1,80 @@
+#version 330
+// A picture in the window, or a part of the annotation over it, composited with the picture in linear light.
+//
+//     patch              p + M - K p                       M: premultiplied colour, K: opacity of the patch
+//     line               p + c (m - p)                     c: covered fraction of the pixel, m: colour of the line
+//     line behind        p + (1 - a) c (m - b)             a: opacity of the picture, b: background
+//
+// as annotation/marks.py composites them. What is drawn is the difference to p, weighted for blending: where another
+// part lies over p already, the parts are blended. PART is that of overlay.vert.
+
+uniform sampler2D picture;   // sRGB, with the opacity of the medium
+in vec2 place;
+
+out vec4 texel;
+
+#if PART == 1
+uniform sampler2D atlas;     // linear, premultiplied
+in vec2 texel_of_atlas;
+#elif PART == 2
+uniform vec3 color;          // linear, likewise
+uniform vec3 background;
+uniform float line_width;    // pixels
+in vec4 on_line;
+flat in vec4 kind;
+#endif
+
+#if PART != 0
+#include "srgb.glsl"
+#endif
+
+#if PART == 2
+// A pixel projected on a unit vector (a, b) has half the length (a + b) / 2, which is at most the root of a half.
+const float BEYOND = 0.75;
+const float LEAST = 1e-4;    // a divisor, of which squares are still told from rounding
+
+float ramp(float t) {
+    t = max(t, 0.0);
+    return 0.5 * t * t;
+}
+
+// Area of a unit pixel beyond an edge, `away` before its centre along the unit vector `direction`.
+float beyond(float away, vec2 direction) {
+    float a = max(abs(direction.x), LEAST), b = max(abs(direction.y), LEAST);
+    away = clamp(away, -BEYOND, BEYOND);
+    float wide = 0.5 * (a + b), narrow = 0.5 * (a - b);
+    return clamp((ramp(away + wide) - ramp(away + narrow) - ramp(away - narrow) + ramp(away - wide)) / (a * b),
+                 0.0, 1.0);
+}
+#endif
+
+void main() {
+    vec4 behind = texture(picture, place);
+#if PART == 0
+    texel = vec4(behind.rgb, 1.0);
+#else
+#if PART == 1
+    vec4 over = texelFetch(atlas, ivec2(floor(texel_of_atlas)), 0);
+    if (over.a <= 0.0) {
+        discard;
+    }
+    float covered = over.a;
+    vec3 shown = linear_from_srgb(behind.rgb) * (1.0 - covered) + over.rgb;
+#else
+    float half_width = 0.5 * line_width;
+    float part = (beyond(on_line.x + half_width, kind.yx) - beyond(on_line.x - half_width, kind.yx))
+        * (beyond(on_line.y, kind.xy) - beyond(on_line.y - on_line.z, kind.xy));
+    if (part <= 0.0) {
+        discard;
+    }
+    vec3 light = linear_from_srgb(behind.rgb);
+    float covered = 1.0 - (1.0 - on_line.w * part) * (1.0 - kind.w * part);
+    vec3 shown = light + covered * (color - light);
+    if (kind.z > 0.5) {
+        covered = (1.0 - behind.a) * min((on_line.w + kind.w) * part, 1.0);
+        shown = light + covered * (color - background);
+    }
+#endif
+    texel = vec4(srgb_from_linear(shown) - (1.0 - covered) * behind.rgb, covered);
+#endif
+}

@@ -1,0 +1,70 @@
+"""On a terminal, `texvol render` says how much of a picture is drawn, and ctrl-C ends it at once."""
+
+from __future__ import annotations
+
+import os
+import pty
+import re
+import select
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.windows import PATIENCE, REPOSITORY
+
+SHOWN = re.compile(r"texvol: drawing (\d+) %, \d+ s")
+
+
+@pytest.fixture
+def volume(tmp_path: Path) -> str:
+    """A volume that takes a while."""
+    z, y, x = np.mgrid[tuple(slice(-1, 1, 110 * 1j) for _ in range(3))].astype(np.float32)
+    np.save(tmp_path / "ball.npy", (200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 20 * np.sin(60 * x * y)).astype(np.int16))
+    return "ball.npy"
+
+
+def on_terminal(folder: Path, words: list[str], interrupt_when: Callable[[str], bool]) -> tuple[int, str, float]:
+    """Run a command on a terminal; return its status, what it printed, and the seconds from ctrl-C to its end."""
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(folder)
+        os.execve(
+            sys.executable, [sys.executable, "-m", "texvol", *words], os.environ | {"PYTHONPATH": str(REPOSITORY)}
+        )
+    printed, pressed, end = "", 0.0, time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if not select.select([terminal], [], [], 0.05)[0]:
+            continue
+        try:
+            printed += os.read(terminal, 65536).decode(errors="replace")
+        except OSError:  # the command has ended
+            break
+        if not pressed and interrupt_when(printed):
+            os.write(terminal, b"\x03")
+            pressed = time.monotonic()
+    _, status = os.waitpid(process, 0)
+    os.close(terminal)
+    return os.waitstatus_to_exitcode(status), printed, time.monotonic() - pressed if pressed else 0.0
+
+
+def test_the_fraction_that_is_drawn_never_falls(volume: str, tmp_path: Path) -> None:
+    words = ["render", volume, "--light", "head", "--size", "500x400", "--sampling-rate", "16", "-o", "p.png"]
+    status, printed, _ = on_terminal(tmp_path, words, lambda _: False)
+    assert status == 0 and (tmp_path / "p.png").exists()
+    told = [int(each) for each in SHOWN.findall(printed)]
+    # A fast machine is done before anything is shown.
+    assert told == sorted(told) and all(0 < each < 100 for each in told)
+
+
+def test_ctrl_c_ends_a_picture_at_once_and_leaves_nothing(volume: str, tmp_path: Path) -> None:
+    # Hours of work.
+    words = ["render", volume, "--light", "head", "--size", "1500x1200", "--max-error", "1e-7", "-o", "p.png"]
+    status, printed, seconds = on_terminal(tmp_path, words, lambda text: bool(SHOWN.search(text)))
+    assert SHOWN.search(printed), "it was told how far it is"
+    assert status == 130 and printed.rstrip().endswith("texvol: interrupted")
+    assert [path.name for path in tmp_path.iterdir()] == [volume]
+    # A piece takes some 15 ms; the rest is for a busy machine. The picture itself takes far longer.
+    assert seconds < 10

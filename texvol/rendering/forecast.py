@@ -1,0 +1,76 @@
+"""Forecast of the seconds that pictures take on two cores, for progress that is told while they are made.
+
+What counts is how the parts of the work compare, so that fractions of the forecast are fractions of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from texvol.opengl.texture_store import SECONDS_OF_A_GRADIENT, SECONDS_OF_A_LIT_SAMPLE, SECONDS_OF_A_SAMPLE
+from texvol.rendering.settings import Settings
+from texvol.scene.gradient import seconds_of
+from texvol.scene.large_volume import LargeVolume
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.slicing.slabs import slabs_crossed_about
+from texvol.textures.shaded_samples import needs_samples
+
+Size = tuple[int, int]
+_OF_A_SLAB, _OF_A_LIT_SLAB = 2e-9, 5e-9  # where a ray crosses it
+_OF_A_PIXEL, _LEAST = 1e-7, 0.02  # seconds of a pixel, and of a picture of few
+_USUAL_RATE = 2.0  # that an error asks for, as long as nothing is known of it
+# Pictures of an error's search, in pictures at the rate that it ends with: this one, its reference of twice the rate,
+# one of half the reference's, and small ones before them.
+_SEARCH = 4.5
+
+
+def of_drawing(scene: CompleteScene, size: Size, settings: Settings) -> float:
+    """Return about how long a picture takes to be drawn, without its textures."""
+    crossed = slabs_crossed_about(scene.box, scene.camera, settings.slab_thickness, size) * len(scene.volumes)
+    lit_when_drawn = scene.lighting is not None and scene.classification in ("post", "integrated", "auto")
+    return crossed * (_OF_A_LIT_SLAB if lit_when_drawn else _OF_A_SLAB) + size[0] * size[1] * _OF_A_PIXEL + _LEAST
+
+
+def of_textures(scene: Scene) -> float:
+    """Return about how long the textures of a scene take to be made."""
+    total = 0.0
+    for alone in scene.completed((64, 64)).each_alone():
+        volume = alone.volume
+        each = SECONDS_OF_A_SAMPLE
+        if alone.classification in ("slab", "extinction"):
+            each = SECONDS_OF_A_LIT_SAMPLE if needs_samples(alone) else each
+        elif alone.needs_gradient:
+            total += 2 * seconds_of(volume, alone.gradient)  # for the largest, and for the texels
+            each = SECONDS_OF_A_GRADIENT
+        total += volume.size * each
+    return total
+
+
+def of_picture(scene: Scene, size: Size, accuracy: Mapping[str, Any], *, has_textures: bool = False) -> float:
+    """Return about how long `Renderer.render` takes with these arguments."""
+    if isinstance(scene.volume, LargeVolume):
+        return 0.0  # parts are counted as they are read
+    complete = scene.completed(size)
+    thickness, rate = accuracy.get("slab_thickness"), accuracy.get("sampling_rate")
+    searches = accuracy.get("max_error") is not None
+    if thickness is None:
+        thickness = scene.smallest_spacing / (rate or _USUAL_RATE)
+    settings = Settings(min(thickness, 2 * scene.box.radius), "auto", "auto", 0.0, skip_empty=True)
+    drawing = of_drawing(complete, size, settings) * (_SEARCH if searches else 1.0)
+    return drawing + (0.0 if has_textures else of_textures(scene))
+
+
+def of_foreseeing(scene: CompleteScene, size: Size) -> float:
+    """Return about how long the pictures of a sixteenth of the pixels take that a search for an error begins with."""
+    settings = Settings(scene.smallest_spacing, "auto", "auto", 0.0, skip_empty=True)
+    small = max(size[0] // 4, 1), max(size[1] // 4, 1)
+    return of_search(scene, small, settings, 2 * _USUAL_RATE, 2 * _USUAL_RATE)
+
+
+def of_search(scene: CompleteScene, size: Size, settings: Settings, rate: float, reference: float) -> float:
+    """Return about how long a search for an error takes that begins at these rates, with textures as they are."""
+    spacing = scene.smallest_spacing
+    rates = (rate, reference, 2 * reference)
+    return sum(of_drawing(scene, size, replace(settings, slab_thickness=spacing / each)) for each in rates)
