@@ -14,6 +14,7 @@ from texvol.scene.tour import SavedView, Tour
 from texvol.util.errors import InputError
 from texvol.window import motion, saved_views, saving
 from texvol.window.desk import Desk
+from texvol.window.jobs import Answer
 from texvol.window.navigation import View, orbit
 from texvol.window.thumbnails import SIZE as SMALL
 from texvol.window.thumbnails import Thumbnails
@@ -200,3 +201,11 @@ def test_small_pictures_are_drawn_while_their_list_is_shown_and_once_for_each_sc
     small.get(document.tour.views[0])
     small.step(document, director)
     assert set(small.pictures) == {document.tour.views[0].camera}
+
+
+def test_a_film_says_how_long_it_will_take(desk: Desk) -> None:
+    desk.writing = 0.0
+    for number in range(5):
+        desk.now = 10 + 2.0 * number
+        desk._hear(Answer("progress", 1, final=False, metadata={"done": number / 20}))
+    assert desk.moving.left.text(desk.now) == "32 s left"

@@ -39,6 +39,8 @@ def show(desk: Desk, document: Document, lighting: Lighting) -> tuple[Light, ...
     at = (mouse.x - middle.x) / radius, (middle.y - mouse.y) / radius
     state = desk.panel_state
     nearest = _nearest(spots, at, _REACH * scale / radius)
+    if not held:
+        imgui.set_item_tooltip(_tip(lighting, spots, nearest))
     if imgui.is_item_activated():
         state["light held"] = nearest, None if nearest is None else spots[nearest]
         if nearest is not None:
@@ -46,8 +48,6 @@ def show(desk: Desk, document: Document, lighting: Lighting) -> tuple[Light, ...
     chosen, start = state.get("light held", (None, None)) if held else (None, None)
     marked = chosen if held else nearest if over else None
     _draw_lights(lighting, spots, middle, radius, marked, state.get("light"))
-    if over and not held:
-        imgui.set_tooltip(_tip(lighting, spots, nearest))
     lights = list(lighting.lights)
     if chosen is not None and start is not None and chosen < len(lights) and imgui.is_mouse_dragging(0, 2.0):
         lights[chosen] = light_sphere.moved(lights[chosen], light_sphere.dragged(start, *at), camera, scene.box)
