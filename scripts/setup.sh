@@ -133,7 +133,17 @@ if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; the
     fi
 fi
 
-# 6. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
+# 6. OpenVDB's module for the system's Python, for the tests of its reader; likewise.
+
+reads_vdb() { /usr/bin/python3 -c 'import pyopenvdb'; }
+if [ "$extra" = test ] && ! reads_vdb 2>/dev/null && [ ! -e .venv/no-openvdb ]; then
+    if ! may_install || ! (install_packages python3-openvdb) 2>/dev/null || ! reads_vdb 2>/dev/null; then
+        : >.venv/no-openvdb
+        say "no module of OpenVDB for the system's Python here, and none could be installed; what needs it is skipped"
+    fi
+fi
+
+# 7. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
 
 has_paraview() { command -v pvbatch && command -v mpiexec && command -v Xvfb; }
 if [ "$wanted_too" = paraview ] && ! has_paraview >/dev/null; then

@@ -5,6 +5,7 @@ Names are imported when first used, so that a picture starts in a blink.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
     from texvol.formats.stores.arrays import open_array
     from texvol.formats.stores.channels import load_channels
     from texvol.options.looks import load_look
+    from texvol.output.one_picture import render
     from texvol.ray_casting import raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
-    from texvol.rendering.renderer import Renderer, render
+    from texvol.rendering.picture import Picture
+    from texvol.rendering.renderer import Renderer
     from texvol.rendering.streaming.exact import raycast
     from texvol.rendering.streaming.plan import Plan, plan
     from texvol.rendering.streaming.progressive import render_progressively
@@ -36,6 +39,8 @@ if TYPE_CHECKING:
     from texvol.scene.lighting import DepthCue, Light, Lighting
     from texvol.scene.looks import Look
     from texvol.scene.mask import Mask
+    from texvol.scene.measures.measure import Measure
+    from texvol.scene.measures.values import measure
     from texvol.scene.scene import Scene
     from texvol.scene.tetrahedra import TetrahedralGrid
     from texvol.scene.transfer import TransferFunction
@@ -61,7 +66,9 @@ _MODULES = {
     "Lighting": "scene.lighting",
     "Look": "scene.looks",
     "Mask": "scene.mask",
+    "Measure": "scene.measures.measure",
     "MissingExtraError": "util.errors",
+    "Picture": "rendering.picture",
     "Plan": "rendering.streaming.plan",
     "Renderer": "rendering.renderer",
     "Scene": "scene.scene",
@@ -76,12 +83,13 @@ _MODULES = {
     "load_channels": "formats.stores.channels",
     "load_look": "options.looks",
     "load_tetrahedra": "formats.readers",
+    "measure": "scene.measures.values",
     "open_array": "formats.stores.arrays",
     "plan": "rendering.streaming.plan",
     "raycast": "rendering.streaming.exact",
     "raycast_progressively": "ray_casting",
     "raycast_tetrahedra": "ray_casting.tetrahedra",
-    "render": "rendering.renderer",
+    "render": "output.one_picture",
     "render_progressively": "rendering.streaming.progressive",
 }
 
@@ -103,7 +111,9 @@ __all__ = [
     "Lighting",
     "Look",
     "Mask",
+    "Measure",
     "MissingExtraError",
+    "Picture",
     "Plan",
     "Renderer",
     "Scene",
@@ -120,6 +130,7 @@ __all__ = [
     "load_channels",
     "load_look",
     "load_tetrahedra",
+    "measure",
     "open_array",
     "plan",
     "raycast",
@@ -130,7 +141,15 @@ __all__ = [
 ]
 
 
+def _join_xarray() -> None:
+    """Give xarray's arrays `.texvol`, once xarray is there; it is not imported for that."""
+    xarray: Any = sys.modules.get("xarray")
+    if hasattr(xarray, "register_dataarray_accessor") and not hasattr(xarray.DataArray, "texvol"):
+        xarray.register_dataarray_accessor("texvol")(import_module("texvol.util.accessor").Accessor)
+
+
 def __getattr__(name: str) -> Any:
+    _join_xarray()
     if name == "geometry":
         return import_module("texvol.geometry")
     if name not in _MODULES:
@@ -140,3 +159,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+_join_xarray()

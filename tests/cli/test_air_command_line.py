@@ -16,7 +16,7 @@ from support.projected import ct
 import texvol
 from texvol.__main__ import main
 from texvol.formats.pictures import image
-from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.ray_casting.projection import project
 from texvol.scene.air import HOUNSFIELD, hounsfield_by
 from texvol.scene.camera import Camera

@@ -21,7 +21,7 @@ from texvol.comparison.pictures import Picture
 from texvol.comparison.scene_changes import in_words, scene_changes
 from texvol.comparison.three_way import each_by_its_own
 from texvol.formats.pictures.image import write
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 
 pytest_plugins = ("pytester", "support.picture_project")
 

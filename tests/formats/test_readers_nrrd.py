@@ -132,8 +132,14 @@ def test_a_channel_axis_is_known_by_its_direction_or_kind(tmp_path: Path, where:
         path = tmp_path / f"{name}.nrrd"
         path.write_bytes((text + fields + "\n").encode() + values.tobytes())
         marked.check(load(path, channel=1), position=np.multiply((2, 3, 4), marked.MARK))
-        with pytest.raises(InputError, match=r"--channel 0\.\.1"):
-            load(path)
+        if name == "a":  # not called a vector
+            with pytest.raises(InputError, match=r"--channel 0\.\.1"):
+                load(path)
+        else:
+            assert [each.number for each in load(path).channels] == [0, 1] and not load(path).values.any()
+    path.write_bytes((text.replace("short", "float") + fields + "\n").encode() + values.astype("<f4").tobytes())
+    with pytest.raises(InputError, match=r"--channel 0\.\.1.*--channel magnitude"):
+        load(path)
 
 
 def test_a_time_axis_is_picked_by_time(tmp_path: Path) -> None:

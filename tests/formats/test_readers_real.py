@@ -135,7 +135,6 @@ def test_one_volume_in_several_encodings(file: str) -> None:
         ("nrrd-encodings/test1d_ascii.nrrd", "must have 3 axes, got 1"),
         ("nrrd-encodings/test2d_ascii.nrrd", r"must have 3 axes, got 2 \(3 x 9\)"),
         ("nrrd-encodings/BallBinary30x30x30.raw", "--shape NX,NY,NZ"),
-        ("nucleus/dna_conf_wf.ome.tif", r"choose one with --channel 0\.\.1"),
     ],
 )
 def test_what_is_no_volume_is_refused_by_name(file: str, reason: str) -> None:

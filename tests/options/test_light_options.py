@@ -372,12 +372,13 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
     assert sorted(titles, key=at.__getitem__) == list(titles)
     further = " ".join(
         f"add-{name}"
-        for name in ["tf", "materials", "range", "opacity", "label-look", "unit", "spacing", "transform", "mask"]
+        for name in ["tf", "materials", "range", "opacity", "label-look", "hidden"]
+        + ["unit", "spacing", "transform", "mask"]
         + list(reading_options.READING)
     )
     groups = {
-        "scene:": "scene tf materials range opacity label-look classification unit spacing transform mask size "
-        "background gradient",
+        "scene:": "scene tf materials range opacity label-look hidden classification unit spacing transform mask "
+        "space size background gradient",
         "further volumes:": f"add {further}",
         "camera:": "projection eye target up fov height view azimuth elevation zoom fit",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",

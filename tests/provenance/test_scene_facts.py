@@ -18,9 +18,9 @@ import texvol
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import image
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.formats.readers import ARGUMENTS, load
 from texvol.provenance.parts import SOURCE
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.provenance.stored_scene import StoredScene, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene

@@ -16,7 +16,7 @@ from support.scenes import BONE, FOG, random_volume
 
 from texvol.__main__ import main
 from texvol.comparison.pictures import read_picture
-from texvol.provenance.scene_metadata import ATTRIBUTE, checksum_of, scene_metadata
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, checksum_of, scene_metadata
 from texvol.provenance.stored_scene import StoredScene, stored_scene_of
 from texvol.rendering.renderer import Renderer
 from texvol.scene.added_volume import AddedVolume

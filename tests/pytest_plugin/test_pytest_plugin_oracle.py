@@ -19,7 +19,7 @@ from texvol.comparison.measures import flip
 from texvol.comparison.outcome import Outcome
 from texvol.comparison.pictures import Picture
 from texvol.formats.pictures import image
-from texvol.provenance.scene_metadata import scene_metadata
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.pytest_plugin import oracle, plain_slabs
 from texvol.pytest_plugin.candidates import Maker, Request
 from texvol.rendering.error_control import SAFETY

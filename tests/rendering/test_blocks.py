@@ -14,7 +14,7 @@ from support.scenes import BONE, random_volume
 from texvol import InputError, load
 from texvol.cli.command_line import main
 from texvol.comparison.pictures import read_picture
-from texvol.provenance.scene_metadata import scene_metadata
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.ray_casting import raycast
 from texvol.ray_casting.marcher import march

@@ -13,7 +13,7 @@ from support.scenes import BONE, FOG, constant, random_volume, smooth_volume
 
 from texvol.cli.command_line import main
 from texvol.comparison.pictures import read_picture
-from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.ray_casting import raycast
 from texvol.rendering.classification import GOOD_ENOUGH
 from texvol.rendering.renderer import Renderer

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from support.scenes import BONE, smooth_volume
 
-from texvol import Lighting, Renderer, Scene
+from texvol import Lighting, Renderer, Scene, TransferFunction, Volume
 from texvol.rendering import default_rate
 
 SIZE = (96, 96)
@@ -53,8 +53,59 @@ def test_the_same_scene_gives_the_same_picture(scene: Scene) -> None:
         np.testing.assert_array_equal(other.render(scene, SIZE), first)
 
 
-def test_no_more_slabs_are_crossed_than_half_a_second_has(scene: Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(default_rate, "_MOST_CROSSED", 0)
+def test_the_estimate_bounds_the_true_error(scene: Scene) -> None:
+    with Renderer() as renderer:
+        picture = renderer.render(scene, SIZE)
+        estimate = renderer.quick_estimate()
+        fine = renderer.render(replace(scene, classification="integrated"), SIZE, sampling_rate=64, early_termination=0)
+    assert estimate is not None
+    # Not more than a few times the error, or pictures would be finer than they have to be.
+    assert np.abs(picture - fine).max() <= estimate <= 5 * np.abs(picture - fine).max()
+
+
+def sampled(renderer: Renderer, scene: Scene) -> float:
+    """Number of slabs that a picture of one slab per voxel samples."""
+    renderer.render(scene, SIZE, sampling_rate=1, early_termination=default_rate.LIMIT / 16)
+    return float(renderer.stats["samples"])
+
+
+@pytest.mark.parametrize(("times", "rate"), [(0.5, 1.0), (1.4, 1.0), (1.8, 1.5)])
+def test_no_more_slabs_are_sampled_than_half_a_second_has(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, times: float, rate: float
+) -> None:
+    """The small picture has the size of the whole one here; half a slab per spacing is the step of rates."""
+    monkeypatch.setattr(default_rate, "_small", lambda size: size)
+    with Renderer() as renderer:
+        monkeypatch.setattr(default_rate, "_MOST_SAMPLED", times * sampled(renderer, scene))
+        renderer.render(scene, SIZE)
+        assert renderer.settings["slab_thickness"] == pytest.approx(scene.volume.smallest_spacing / rate)
+        estimate = renderer.quick_estimate()
+        assert estimate is not None and (estimate <= default_rate.LIMIT) == (rate > 1)
+
+
+def test_slabs_that_are_skipped_do_not_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A ball has the rate that it needs, however large the empty box around it is."""
+    monkeypatch.setattr(default_rate, "_small", lambda size: size)
+    z, y, x = np.mgrid[-1:1:32j, -1:1:32j, -1:1:32j]
+    ball = np.clip(1.2 - np.sqrt(x**2 + y**2 + z**2), 0, 1).astype(np.float32)
+    medium = TransferFunction(np.array([0.5, 0.6]), np.ones((2, 3)), np.array([0.0, 2.0]))
+    scenes = [Scene(Volume(np.pad(ball, width)), medium, lighting=Lighting()) for width in (0, 100)]
+    crossed, rates = [], []
+    with Renderer() as renderer:
+        for scene in scenes:
+            renderer.render(scene, SIZE)
+            crossed.append(renderer.stats["samples_total"])
+            rates.append(scene.volume.smallest_spacing / renderer.settings["slab_thickness"])
+            monkeypatch.setattr(default_rate, "_MOST_SAMPLED", 1.5 * renderer.stats["samples"])
+    assert rates[0] == rates[1] > 1
+    assert crossed[1] > 1.5 * crossed[0], "counting what is crossed would have made the slabs thicker"
+
+
+def test_rays_end_as_early_as_the_limit_allows_unless_told(scene: Scene) -> None:
     with Renderer() as renderer:
         renderer.render(scene, SIZE)
-        assert renderer.settings["slab_thickness"] == scene.volume.smallest_spacing
+        assert renderer.settings["early_termination"] == default_rate.LIMIT / 16
+        renderer.render(scene, SIZE, early_termination=0)
+        assert renderer.settings["early_termination"] == 0
+        renderer.render(scene, SIZE, sampling_rate=2)
+        assert renderer.settings["early_termination"] < 1e-6

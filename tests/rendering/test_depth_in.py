@@ -16,7 +16,7 @@ from texvol import InputError
 from texvol.cli.command_line import main
 from texvol.comparison.pictures import read_picture
 from texvol.formats.pictures import depth as depth_files
-from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer

@@ -15,10 +15,10 @@ import pytest
 from texvol.annotation.lettering import Lettering
 from texvol.cli import command_line
 from texvol.comparison import limits
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.geometry import load_mesh
 from texvol.options import files
 from texvol.options.scene_options import SceneOptions
-from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.tables import Tables
 from texvol.scene.transfer import TransferFunction

@@ -15,9 +15,9 @@ import texvol
 from texvol.__main__ import main
 from texvol.annotation import Annotation
 from texvol.formats.pictures import image
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.geometry import Lines, Mesh
 from texvol.options import scene_options as options
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane

@@ -1,4 +1,4 @@
-"""Annotation drawn into a picture: box outlines, axes, orientation letters, legends, scale bar and title.
+"""Annotation drawn into a picture: box outlines, axes, orientation letters, legends, scale bar, title and measures.
 
 Annotation is composited over the finished picture, in linear light, with the camera of its scene; far edges of the box
 are composited behind the medium. Pictures whose numbers are to be compared stay without annotation. The modules that
@@ -42,7 +42,7 @@ def with_room(camera: Camera, scene: Scene, size: tuple[int, int], annotation: A
 
     The camera keeps its direction. Only default cameras should be moved, not an eye or height that the user chose.
     """
-    if not annotation:
+    if not annotation.needs_room:
         return camera
     from texvol.annotation.margins import framed_with_margins
 

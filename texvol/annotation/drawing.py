@@ -10,6 +10,7 @@ from texvol.annotation.axes import axis_name, draw_axes
 from texvol.annotation.legend import draw_legends
 from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering, one_line
+from texvol.annotation.measures import color_on, draw_measures, text_of
 from texvol.annotation.orientation import check_space, draw_orientation
 from texvol.annotation.request import Annotation
 from texvol.annotation.scale_bar import draw_scale_bar
@@ -34,6 +35,8 @@ def check_drawable(annotation: Annotation, scene: Scene) -> Lettering:
     if annotation.axes:
         for axis in range(3):
             letters.check(axis_name(scene.volume, axis, "×10⁻⁹"), f"{scene.volume.name}: name of an axis")
+    for measure in annotation.measures:
+        letters.check(text_of(measure, scene.volume.unit), "measure")
     if annotation.scale_bar:
         letters.check(scene.volume.unit, f"{scene.volume.name}: unit")
     return letters
@@ -72,6 +75,9 @@ def place_all(
         (legends or place_legends)(sheet, scene, annotation, window)
     if annotation.scale_bar:
         draw_scale_bar(sheet, view)
+    if annotation.measures:
+        color = color_on(sheet.outline_color) if annotation.color is None else annotation.color
+        draw_measures(sheet, view, annotation.measures, color)
     if annotation.axes:
         draw_axes(sheet, view)
 

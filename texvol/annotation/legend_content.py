@@ -14,6 +14,7 @@ from texvol.annotation.marks import Numbers
 from texvol.scene.air import HOUNSFIELD
 from texvol.scene.display import Window, found_window, grey, isosurface_looks, number_colors, straight_colors
 from texvol.scene.label_counts import label_counts
+from texvol.scene.label_names import names_of
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import Classified, TransferFunction
 from texvol.scene.transfer.pieces import LARGEST_VALUE
@@ -66,22 +67,41 @@ def contents_of(scene: Scene, value_name: str, window: Window | None, letters: L
         if scene.added:
             name = name.strip() or _name(each.volume, number, letters)
         if each.volume.labels:
-            contents.append(_labels(each, name))
+            contents.append(_labels(each, name, letters))
         else:
             contents.append(_content_of(each, name, window))
     return contents
 
 
-def _labels(scene: CompleteScene, name: str) -> Content:
-    """Return the visible labels with their colours, by the transfer function's names or by number."""
+def _labels(scene: CompleteScene, name: str, letters: Lettering) -> Content:
+    """Return the visible labels with their colours, by names of the transfer function or the table, or by number."""
     medium = scene.medium
     names, colors = medium.materials, [np.array(color) for color in medium.material_colors]
     if not colors:
         labels = label_counts(scene.volume).labels.astype(np.float64)
         seen = labels[medium.classify(labels).extinction > 0]
-        names, colors = tuple(f"{label:.0f}" for label in seen), list(straight_colors(medium, seen))
-    entries = zip((each.removeprefix("label ") for each in names), colors, strict=True)
+        known = names_of(scene.volume, map(int, seen))
+        names = tuple(known.get(int(label), f"{label:.0f}") for label in seen)
+        colors = list(straight_colors(medium, seen))
+    entries = zip((_drawable(each.removeprefix("label "), letters) for each in names), colors, strict=True)
     return Content(name.strip() or "label", None, tuple(entries))
+
+
+def _drawable(name: str, letters: Lettering) -> str:
+    """Return a label's name, with a question mark for each letter that the font lacks."""
+    try:
+        letters.check(name, "legend")
+    except InputError:
+        return "".join(letter if _is_drawn(letter, letters) else "?" for letter in name)
+    return name
+
+
+def _is_drawn(letter: str, letters: Lettering) -> bool:
+    try:
+        letters.check(letter, "legend")
+    except InputError:
+        return False
+    return True
 
 
 def _name(volume: Volume, number: int, letters: Lettering) -> str:

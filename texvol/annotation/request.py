@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from texvol.util.errors import InputError, is_number
+from texvol.scene.measures.measure import Measure
+from texvol.util.errors import InputError, check_type, is_number
 
 Triple = tuple[float, float, float]
 PARTS = ("box", "axes", "orientation", "legend", "scale-bar")  # names of parts that are on or off
@@ -45,6 +46,8 @@ class Annotation:
         Name of the values in the legend, such as "HU" or "CT number (HU)"; with several volumes that of the first.
     font : path, optional
         TrueType or OpenType file, for letters that DejaVu Sans lacks.
+    measures : sequence of Measure
+        Rulers, angles, boxes and profiles, each with its value, in front of everything.
 
     Raises
     ------
@@ -62,12 +65,16 @@ class Annotation:
     font_size: float | None = None
     value_name: str = ""
     font: str | os.PathLike[str] | None = None
+    measures: tuple[Measure, ...] = ()
 
     def __post_init__(self) -> None:
         for name in ("title", "value_name"):
             text = getattr(self, name)
             if not (isinstance(text, str) or (name == "title" and text is None)):
                 raise InputError(f"annotation: {name} must be a string, got {text!r}")
+        object.__setattr__(self, "measures", tuple(self.measures))
+        for each in self.measures:
+            check_type("annotation: measures", each, Measure)
         if self.color is not None:
             color = np.asarray(self.color)
             if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
@@ -93,6 +100,11 @@ class Annotation:
 
     def __bool__(self) -> bool:
         """True if anything is to be drawn."""
+        return self.needs_room or any(each.shown for each in self.measures)
+
+    @property
+    def needs_room(self) -> bool:
+        """True if anything is to be drawn for which a default camera leaves room; measures lie on what is measured."""
         return any(getattr(self, _field(part)) for part in PARTS) or bool((self.title or "").strip())
 
 

@@ -53,7 +53,11 @@ class View:
 
     def edge(self, edge: Edge) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return the ends in the picture of an edge's part in front of the eye; None if it is behind the eye."""
-        ends = self._ends(edge)
+        return self.segment(self.corners[[edge.start, edge.end]])
+
+    def segment(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return as `edge` the ends of a line between two points relative to the box's centre, shape (2, 3)."""
+        ends = self.camera.in_eye_space(points, self.volume.centre)
         depths = ends[:, 2] - self._near
         if (depths < 0).all():
             return None

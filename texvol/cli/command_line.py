@@ -18,10 +18,12 @@ from typing import NoReturn
 import numpy as np
 
 from texvol.cli.convert import add_convert
+from texvol.cli.convert_tf import add_convert_tf
 from texvol.cli.demo import add_demo
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
 from texvol.cli.info import add_info
+from texvol.cli.measure import add_measure
 from texvol.cli.methods import add_methods
 from texvol.cli.presets import add_presets
 from texvol.cli.raycast import add_raycast
@@ -46,8 +48,10 @@ _COMMANDS = (
         add_view,
         add_report,
         add_methods,
+        add_measure,
         add_surface,
         add_convert,
+        add_convert_tf,
         add_demo,
         add_presets,
     ),

@@ -8,8 +8,8 @@ from typing import Any
 
 from texvol.cli.common import add_backend
 from texvol.formats.pictures import image
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.output.export import is_exact
-from texvol.provenance.scene_metadata import scene_metadata
 from texvol.util.terminal import say
 
 

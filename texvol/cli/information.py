@@ -41,7 +41,8 @@ def metadata(volume: Volume) -> dict[str, Any]:
 
     `kind` is what the values are taken for in a first picture, `kind_reason` says why, and `look` what it is drawn in.
 
-    `labels` is None for measured values; for labels it has their `count`, and label and number of samples of the first.
+    `labels` is None for measured values; for labels it has their `count`, label, name and number of samples of the
+    first, and `names_from`, the file of the names, if there is one.
     `hounsfield` is "file" if the file says that values are Hounsfield units, "values" if the file names no unit and the
     values look like Hounsfield units, else None. `color` is True if each sample has its own colour; the value is then
     its amount. `lone_extremes` are values at the ends of the range that are far from all others: `value`, number of
@@ -141,10 +142,16 @@ def _labels(volume: Volume) -> dict[str, Any] | None:
     if not volume.labels:
         return None
     from texvol.scene.label_counts import label_counts
+    from texvol.scene.label_names import names_of, table_of
 
-    found = label_counts(volume)
-    first = zip(found.labels[:MOST_LABELS].tolist(), found.counts[:MOST_LABELS].tolist(), strict=True)
-    return {"count": len(found.labels), "first": [{"label": label, "samples": count} for label, count in first]}
+    found, table = label_counts(volume), table_of(volume)
+    rows = zip(found.labels[:MOST_LABELS].tolist(), found.counts[:MOST_LABELS].tolist(), strict=True)
+    known = names_of(volume, found.labels.tolist())
+    first = [
+        {"label": label, "samples": count} | ({"name": known[label]} if label in known else {}) for label, count in rows
+    ]
+    names_from = {} if table is None else {"names_from": table.source, "named": len(known)}
+    return {"count": len(found.labels), "first": first} | names_from
 
 
 def _lone(extreme: LoneExtreme) -> dict[str, Any]:
@@ -196,11 +203,15 @@ def _lone_line(lone: dict[str, Any]) -> str:
 def _label_lines(metadata: dict[str, Any]) -> list[str]:
     """Return a line with the number of labels, and lines that list the first labels."""
     labels = metadata["labels"]
-    named = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
-    more = labels["count"] - len(named)
+    listed = [f"{each['label']}: {each['samples']}" for each in labels["first"]]
+    more = labels["count"] - len(listed)
     count = f"{labels['count']}, from {_row(metadata['value_range'], ' to ')}, with numbers of samples"
     count += f"; {more} more are not listed" if more else ""
-    return [count, *(", ".join(named[at : at + _LABELS_A_ROW]) for at in range(0, len(named), _LABELS_A_ROW))]
+    if "names_from" not in labels:
+        return [count, *(", ".join(listed[at : at + _LABELS_A_ROW]) for at in range(0, len(listed), _LABELS_A_ROW))]
+    names = f"{labels['named']} have names, from {labels['names_from']}"
+    rows = zip(listed, labels["first"], strict=True)
+    return [count, names, *(f"{line} {each.get('name', '')}".rstrip() for line, each in rows)]
 
 
 def _summary(values: NDArray[Any]) -> tuple[Any, Any, float | None, dict[str, int]]:

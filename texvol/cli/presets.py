@@ -72,7 +72,7 @@ def _tiles(volume: Volume, size: tuple[int, int], backend: str) -> list[tuple[st
     looks = [(f"without --tf: {first.name}", seen_as(volume), first)]
     # Labels have no presets: these are of measured values.
     looks += [] if volume.labels else [(name, volume, look_of(name, volume)) for name in PRESETS]
-    tiles = []
+    tiles: list[tuple[str, NDArray[np.float32]]] = []
     with Renderer(backend) as renderer, status_line() as show:
         for number, (name, seen, look) in enumerate(looks, 1):
             show(f"texvol: look {number} of {len(looks)}, {name}")

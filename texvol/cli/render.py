@@ -185,7 +185,8 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    last = summary(scene_options, scene, arguments.output, error, start)
+    chose_rate = any((arguments.slab_thickness, arguments.sampling_rate, arguments.max_error))
+    last = summary(scene_options, scene, arguments.output, error, start, by_default=not chose_rate)
     say("\n".join([*said, *reasons(scene_options, scene), last]))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from texvol.options.scene_options import SceneOptions
+from texvol.rendering.default_rate import LIMIT
 from texvol.scene.kinds import kind_of
 from texvol.scene.scene import Scene
 
@@ -18,12 +19,20 @@ def reasons(options: SceneOptions, scene: Scene) -> list[str]:
     return [f"{kind_of(scene.volume).name}, since {look.reason}: look {look.name} ({advice})"]
 
 
-def summary(options: SceneOptions, scene: Scene, path: str, error: float | None, start: float) -> str:
-    """Return what was drawn, in which look, with which estimated error, and in how long since `start`."""
+def summary(
+    options: SceneOptions, scene: Scene, path: str, error: float | None, start: float, *, by_default: bool = True
+) -> str:
+    """Return what was drawn, in which look, with which estimated error, and in how long since `start`.
+
+    `by_default` is True if no option decides the accuracy: an error above the limit of the default rate then comes with
+    the option that lowers it.
+    """
     width, height = options.size
     shown = f"mode {scene.mode}"
     if scene.mode == "composite" and options.look is not None:
         light = "unlit" if scene.lighting is None else "lit"
         shown = f"look {options.look.name}, {light}"
     accuracy = "error not estimated" if error is None else f"estimated error {error:.1g}"
+    if by_default and error is not None and error > LIMIT:
+        accuracy += f" (more slabs take longer: --max-error {LIMIT:.2g})"
     return f"{path}: {options.volume}, {width}x{height}, {shown}, {accuracy}, {time.perf_counter() - start:.1f} s"

@@ -147,7 +147,7 @@ def _says_how(header: Mapping[str, Any]) -> bool:
 
 def _shown_as(header: Mapping[str, Any], name: str) -> StoredScene:
     """Return the display of a header as a stored scene, whose volume is a single sample and means nothing."""
-    from texvol.provenance.scene_metadata import scene_metadata
+    from texvol.formats.pictures.scene_metadata import scene_metadata
     from texvol.provenance.stored_scene import stored_scene_of
     from texvol.scene.scene import Scene
     from texvol.scene.volume import Volume

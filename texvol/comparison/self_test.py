@@ -21,7 +21,7 @@ from texvol.comparison.mistakes import MistakeTrial, drawn
 from texvol.comparison.outcome import Outcome, examine
 from texvol.comparison.pictures import Picture
 from texvol.comparison.planting import PlantedRenderer
-from texvol.provenance.scene_metadata import scene_metadata
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.provenance.stored_scene import StoredScene
 from texvol.rendering.renderer import Renderer
 from texvol.util.errors import ContextError

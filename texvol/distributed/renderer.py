@@ -17,6 +17,7 @@ from texvol.distributed.workers import Workers
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import Stopwatch
 from texvol.rendering.frames import Frame, drawn_one_by_one
+from texvol.rendering.picture import Picture
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
@@ -58,7 +59,7 @@ class DistributedRenderer(Renderer):
         self._in_sequence = False  # True while frames are drawn in blocks
         self._whole: FramesOverWorkers | None = None  # if workers drew the last pictures whole
 
-    def render(self, scene: Scene, size: Size = (512, 512), **accuracy: Any) -> NDArray[np.float32]:
+    def render(self, scene: Scene, size: Size = (512, 512), **accuracy: Any) -> Picture:
         """Return the scene's picture, drawn in blocks; see `Renderer.render`."""
         self._whole = None
         if not self._in_sequence:
@@ -106,11 +107,12 @@ class DistributedRenderer(Renderer):
     def _noted_frame(self, scene: Scene, size: Size, drawn: DrawnFrame) -> Frame:
         """Return a frame that a worker drew, which is the last picture of this renderer now."""
         scene = scene.classified_as(drawn.kept.classification)
-        self._last = scene.completed(size), size, drawn.settings
+        self._unrefined = complete = scene.completed(size)
+        self._last = complete, size, drawn.settings
         self._stats, self._estimate, self.drawn_scene = {}, None, scene
         self._check, self.chosen = drawn.check, drawn.chosen
         remark_on_coarse_levels(scene.volume, drawn.settings)
-        return Frame(drawn.picture.whole(size), scene, self.settings, drawn.kept)
+        return Frame(self._known(drawn.picture.whole(size), size), scene, self.settings, drawn.kept)
 
     @property
     def stats(self) -> dict[str, Any]:

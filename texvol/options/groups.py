@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from texvol.annotation import PARTS
-from texvol.options import files, texts
+from texvol.options import files, measures, texts
 from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import ADD, LOOK, OF_ADDED, POSITION, OfAdded
@@ -34,6 +34,11 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "or twice that of post, and it is no dearer; else post",
             ),
             *POSITION,
+            SceneOption(
+                "space", texts.space, "NAME",
+                "directions of the world's axes, such as left-posterior-superior, into which the volume is turned; its "
+                "file must name its own",
+            ),
             SceneOption("size", texts.size, "WxH", "pixels (512x512); one number is a square"),
             SceneOption(
                 "background", texts.color, "COLOR",
@@ -161,6 +166,13 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption("title", str, "TEXT", "one line on top"),
             SceneOption("value-name", str, "TEXT", "name of the values in the legend, such as HU"),
             SceneOption("font", str, "FILE", "TrueType font, for characters that DejaVu Sans lacks"),
+            SceneOption(
+                "measure", measures.measure, "KIND POINTS[:NAME]",
+                "'ruler X,Y,Z X,Y,Z', 'angle X,Y,Z X,Y,Z X,Y,Z' (at the second point), 'box X,Y,Z X,Y,Z' (two opposite "
+                "corners) or 'profile[:SAMPLES] X,Y,Z X,Y,Z', world units, with a name after a colon; drawn with its "
+                "value; repeat it for more measures; texvol measure prints all values",
+                measures.measure_table,
+            ),
         ),
     ),
     (

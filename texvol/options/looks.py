@@ -51,29 +51,31 @@ def _look_by(chosen: Mapping[str, Any], volume: Volume) -> Look:
         return Look(volume_options.medium_of(chosen, volume), EXPOSED, look_as_is(volume).gradient, name="label-look")  # type: ignore[arg-type]
     if "tf" not in chosen:
         return look_as_is(volume)
-    return load_look(chosen["tf"], volume, chosen.get("materials"))
+    return load_look(chosen["tf"], volume, chosen.get("materials"), chosen.get("unit-distance"))
 
 
-def load_look(name: str, volume: Volume, materials: Sequence[str] | None = None) -> Look:
-    """Return the look of a preset, or of a transfer-function file; a file without light is unlit.
+def load_look(
+    name: str, volume: Volume | None, materials: Sequence[str] | None = None, unit_distance: float | None = None
+) -> Look:
+    """Return the look of a preset or colour map, or of a transfer-function file; a file without light is unlit.
 
     Raises
     ------
     InputError
         If it is not found, or does not fit the volume.
     """
-    if name in transfer.PRESETS:
+    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
+    if volume is not None and not volume_options.is_file(name):
         return look_of(name, volume, materials)
-    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None)
-    return _of_file(name, medium)
+    return _of_file(name, medium, unit_distance)
 
 
-def _of_file(path: str, medium: transfer.TransferFunction) -> Look:
+def _of_file(path: str, medium: transfer.TransferFunction, unit_distance: float | None) -> Look:
     """Return the look of a file whose transfer function is known."""
     from texvol.options.groups import SCENE_OPTIONS
 
     chosen: dict[str, Any] = {}
-    for key, value in read_content(path).items():
+    for key, value in read_content(path, unit_distance).items():
         name = key.replace("_", "-")
         if name not in _SHOWN_BY or (name == "gradient" and not isinstance(value, str)):
             continue

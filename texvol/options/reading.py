@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+from texvol.formats.label_tables import NONE
 from texvol.options import texts
 from texvol.options.scene_option import SceneOption
 from texvol.scene.volume import Volume
@@ -18,7 +21,10 @@ _OPTIONS = (
     SceneOption(
         "channel", texts.channel, "N|magnitude", "channel or component of vectors, from 0; or the length of the vectors"
     ),
-    SceneOption("variable", str, "NAME", "variable of a netCDF file, array of a VTK or mesh file, dataset of HDF5"),
+    SceneOption(
+        "variable", str, "NAME",
+        "variable of netCDF, array of a VTK or mesh file, dataset of HDF5, image of FITS, grid of OpenVDB",
+    ),
     SceneOption(
         "time", texts.time_step, "N|all",
         "time step, from 0; with `all`, `render` writes numbered pictures or a film, `convert` an unnamed axis as time",
@@ -27,7 +33,15 @@ _OPTIONS = (
         "resolution", texts.dimensions, "NX,NY,NZ",
         "samples of the regular grid to which a rectilinear, curvilinear or unstructured grid is resampled",
     ),
+    SceneOption(
+        "resample", bool, "", "resample DICOM slices that are unevenly apart, or of a tilted gantry, at right angles",
+    ),
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
+    SceneOption(
+        "label-names", texts.file_name, "FILE|none",
+        "names and colours of labels: a table of ITK-SNAP, FreeSurfer, 3D Slicer or FSL, or lines LABEL NAME (default: "
+        "the table beside the file)",
+    ),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),
     SceneOption(
@@ -35,7 +49,7 @@ _OPTIONS = (
         "samples of this value are missing, besides those that the file marks; repeat it for more values",
         from_value=texts.sample_values, repeated=True,
     ),
-    SceneOption("image", str, "NAME|N", "image of a Zarr store, such as labels/nuclei"),
+    SceneOption("image", str, "NAME|N", "image of a Zarr store, such as labels/nuclei, or of CZI, ND2 and LIF"),
     SceneOption("level", texts.level, "N|auto", "finest level of a store's pyramid that is read, from 0"),
     SceneOption("fix-pyramid", bool, "", "move a store's levels to where their content is found"),
     SceneOption("missing-chunks", bool, "", "chunks of a store that cannot be read are missing, not an error"),
@@ -46,10 +60,16 @@ READING = {option.name: option for option in _OPTIONS}
 
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
     """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
-    formats = "NRRD, NIfTI, MetaImage, DICOM folder, TIFF, MRC, VTI, VTR, VTS, VTU, netCDF, Exodus, VTK, "
-    formats += "Gmsh, XDMF, MED, NPY, RAW; OME-Zarr or its URL, Zarr, HDF5, Imaris"
+    formats = "NRRD, NIfTI, Analyze, AFNI, MINC, GIPL, MetaImage, DICOM folder or file, TIFF, CZI, ND2, LIF, MRC, VTI, "
+    formats += "VTR, VTS, VTU, netCDF, Exodus, VTK, Gmsh, XDMF, MED, FITS, SEG-Y, OpenVDB, NPY, RAW; OME-Zarr or its "
+    formats += "URL, Zarr, HDF5, Imaris; FILE::NAME is FILE with --variable NAME"
     shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
     parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
+    add_options(parser)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options that tell how a volume's file is read."""
     group = parser.add_argument_group("reading the volume")
     for option in READING.values():
         option.add_to(group)
@@ -80,6 +100,12 @@ def chosen(given: Mapping[str, Any]) -> dict[str, Any]:
     """Return the reading options that are given, by name, all time steps included."""
     named = {name.replace("_", "-"): value for name, value in given.items()}
     return {name: named[name] for name in READING if named.get(name) is not None}
+
+
+def beside(options: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return reading options of a scene file with their paths relative to the file's folder."""
+    table = options.get("label-names", NONE)
+    return dict(options) if table == NONE else {**options, "label-names": str(Path(folder) / table)}
 
 
 def arguments_of(options: Mapping[str, Any]) -> dict[str, Any]:

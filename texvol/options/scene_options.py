@@ -34,6 +34,7 @@ from texvol.options.groups import GROUPS, SCENE_OPTIONS
 from texvol.options.looks import look_by
 from texvol.options.volumes import AddedChoice
 from texvol.scene import orbit as turning
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import Air, air_in_8_bits
 from texvol.scene.camera import Camera
 from texvol.scene.framing import ViewChoice, framed, zoomed
@@ -42,6 +43,7 @@ from texvol.scene.looks import Look, seen_as
 from texvol.scene.proportions import in_proportion
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.scene.volume_order import without_first
 from texvol.util import locations, text_files
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -131,6 +133,12 @@ class SceneOptions:
         return str(path)
 
     @property
+    def told(self) -> dict[str, Any]:
+        """Arguments of `texvol.load` that say how the volume is read; raise InputError for all time steps."""
+        spacing = {} if self.spacing is None else {"spacing": self.spacing}
+        return reading.told(self._reading) | spacing
+
+    @property
     def all_times(self) -> bool:
         """True if all time steps are drawn."""
         return self._reading.get("time") == texts.ALL
@@ -155,6 +163,7 @@ class SceneOptions:
         """Annotation of 8-bit pictures."""
         chosen = self._chosen
         further = {"value_name": chosen.get("value-name", ""), "font": chosen.get("font")}
+        further["measures"] = tuple(chosen.get("measure", ()))
         return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
 
     def load(self) -> Volume:
@@ -173,6 +182,10 @@ class SceneOptions:
         _ = self._further  # reads the further volumes now, as part of loading
         if "channel" not in told and self.mode == "composite" and "tf" not in self._chosen:
             self._channels = self._other_channels(volume)
+        return self.taken(volume)
+
+    def taken(self, volume: Volume) -> Volume:
+        """Return a volume in memory as `load` does one from a file: moved, with labels if its values look like some."""
         return self.placed(self._seen_as(self._in_proportion(volume)))
 
     def _in_proportion(self, volume: Volume) -> Volume:
@@ -199,9 +212,40 @@ class SceneOptions:
         return volume_options.placed(volume, self._chosen)
 
     @cached_property
-    def _further(self) -> tuple[Volume, ...]:
-        """Further volumes as stored in their files."""
-        return tuple(each.load() for each in self._chosen.get("add", ()))
+    def _further(self) -> tuple[tuple[int, AddedChoice, Volume], ...]:
+        """Further volumes that are not hidden, as stored in their files, with their numbers."""
+        adds = enumerate(self._chosen.get("add", ()))
+        return tuple((number, each, each.load()) for number, each in adds if not each.hidden)
+
+    def hidden(self, volume: Volume) -> tuple[tuple[int, AddedVolume], ...]:
+        """Return the hidden volumes, read now, with their positions among all volumes; `volume` is the first one."""
+        before, found = len(self._channels), []
+        if self._hides_first:
+            medium = look_by(self._chosen, volume).transfer_function
+            found.append((0, AddedVolume(volume, medium, volume_options.masked(self._chosen, volume))))
+        for number, each in enumerate(self._chosen.get("add", ()), before):
+            if each.hidden:
+                found.append((number + 1, each.added_to(volume, each.load(), number)))
+        return tuple(found)
+
+    @property
+    def _hides_first(self) -> bool:
+        hides = bool(self._chosen.get("hidden"))
+        if hides and self.mode != "composite":
+            raise InputError(f"--hidden needs mode composite, got mode {self.mode}")
+        return hides
+
+    def _added(self, volume: Volume) -> tuple[AddedVolume, ...]:
+        """Return the further volumes in the world of the first one."""
+        before = len(self._channels)
+        further = [(number, *each) for number, each in enumerate(self._channels)]
+        further += [(before + number, choice, each) for number, choice, each in self._further]
+        return tuple(choice.added_to(volume, each, number) for number, choice, each in further)
+
+    def volumes(self) -> tuple[Volume, ...]:
+        """Return all volumes of the scene, read and placed; nothing is made of their looks."""
+        volume = self.load()
+        return (volume, *(each.volume for each in self._added(volume)))
 
     def series(self) -> TimeSeries:
         """Return all time steps of the volume, not yet `placed`."""
@@ -229,9 +273,7 @@ class SceneOptions:
         `in_8_bits` is the kind of picture, which decides on the air if no option does. Without `lit_by_default` there
         is only the light that options ask for, for what cannot draw light.
         """
-        chosen = self._chosen
-        further = (*self._channels, *zip(chosen.get("add", ()), self._further, strict=True))
-        added = tuple(choice.added_to(volume, each, number) for number, (choice, each) in enumerate(further))
+        chosen, added = self._chosen, self._added(volume)
         scene = Scene(
             volume,
             classification=chosen.get("classification", Scene.classification),
@@ -249,6 +291,9 @@ class SceneOptions:
             added=added,
             depth=chosen["depth-in"].load() if "depth-in" in chosen else None,
         )
+        if self._hides_first:
+            scene = without_first(scene)
+            adapting_to = None
         seen = scene if adapting_to is None else replace(scene, volume=adapting_to, mask=None)
         return replace(scene, camera=self._camera(seen, orbit))
 
@@ -324,7 +369,7 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}{near}")
     if told and "volume" not in told:
         raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
-    return volume_options.beside(chosen, path.parent), told
+    return volume_options.beside(chosen, path.parent), reading.beside(told, path.parent)
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

@@ -16,6 +16,7 @@ import numpy as np
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.scene.cutting import ClipPlane, Range, checked_crop
+from texvol.scene.spaces import letters_of_space
 from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -191,11 +192,24 @@ def opacity_factor(text: str) -> float:
     return _number_if(text, lambda value: 0 <= value <= 1e6, "a factor from 0 to 1e6")
 
 
+def positive_length(text: str) -> float:
+    """Return a length in world units."""
+    return _number_if(text, lambda value: 0 < value <= 1e30, "a length above 0")
+
+
 def unit(text: str) -> str:
     """Return the name of a unit."""
     if not re.fullmatch(r"[^\s\x00-\x1f]{1,20}", text.strip()):
         raise argparse.ArgumentTypeError(f"must be the name of a unit, such as mm, got {text!r}")
     return text.strip()
+
+
+def space(text: str) -> str:
+    """Return the names of three directions of the body."""
+    if letters_of_space(text.strip()) is None:
+        form = "three directions of the body, such as right-anterior-superior"
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
+    return text.strip().lower()
 
 
 def frames_per_second(text: str) -> float:

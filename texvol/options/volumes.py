@@ -24,8 +24,9 @@ from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
-from texvol.scene.spaces import turned
-from texvol.scene.transfer import adjusting
+from texvol.scene.spaces import letters_of_space, turned
+from texvol.scene.transfer import adjusting, color_maps
+from texvol.scene.transfer.foreign import ENDINGS
 from texvol.util import locations
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -47,8 +48,14 @@ def _look(text: str) -> LabelLook:
 # Options that each volume of a scene has of its own, beside those for reading it.
 LOOK = (
     SceneOption(
-        "tf", str, "PRESET|FILE",
-        f"transfer function: a JSON or TOML file, or a preset with its light: {', '.join(transfer.PRESETS)}",
+        "tf", str, "PRESET|FILE|MAP",
+        "transfer function: a file (texvol's JSON or TOML, ParaView's or VTK's JSON, 3D Slicer's .vp or .vp.json, "
+        "Inviwo's .itf, MRIcroGL's .clut, .1dt), a colour map such as batlow, or a preset with its light: "
+        + ", ".join(transfer.PRESETS),
+    ),
+    SceneOption(
+        "unit-distance", texts.positive_length, "L",
+        "world length that the opacities of another program's --tf belong to (its own, or that program's default)",
     ),
     SceneOption("materials", lit.materials, "NAME,NAME", "draw only these materials of --tf"),
     SceneOption(
@@ -61,6 +68,7 @@ LOOK = (
         "colour and opacity of labels: LABEL=OPACITY, LABEL=#RRGGBB or LABEL=#RRGGBB:OPACITY separated by commas, "
         "*=OPACITY for all other labels; opacity is per smallest spacing",
     ),
+    SceneOption("hidden", bool, "", "the volume is not drawn, and stays in the window's list of volumes (default: no)"),
 )  # fmt: skip
 POSITION = (
     SceneOption("unit", texts.unit, "NAME", "name of the world unit, such as mm, overrides the file's"),
@@ -87,6 +95,11 @@ class AddedChoice:
 
     file: str
     chosen: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def hidden(self) -> bool:
+        """True if the volume is not drawn."""
+        return bool(self.chosen.get("hidden"))
 
     def load(self) -> Volume:
         """Return the volume as stored in its file.
@@ -184,9 +197,9 @@ OF_ADDED = tuple(OfAdded(option) for option in _OF_ADDED.values())
 def beside(chosen: Mapping[str, Any], folder: str | os.PathLike[str]) -> dict[str, Any]:
     """Return options of a scene file with their paths relative to the file's folder."""
     found = {name: _moved(value, folder) for name, value in chosen.items()}
-    if isinstance(found.get("tf"), str) and found["tf"] not in transfer.PRESETS:
+    if isinstance(found.get("tf"), str) and not transfer.is_named(found["tf"]):
         found["tf"] = str(Path(folder) / found["tf"])
-    return found
+    return reading.beside(found, folder)
 
 
 def _moved(value: Any, folder: str | os.PathLike[str]) -> Any:
@@ -206,10 +219,23 @@ def check_look(chosen: Mapping[str, Any]) -> None:
         raise InputError("--label-look and --tf both set the look of labels: give one of them")
     if "materials" in chosen and "tf" not in chosen:
         raise InputError("--materials needs --tf, a transfer function that has these materials")
+    if "unit-distance" in chosen and "tf" not in chosen:
+        raise InputError("--unit-distance needs --tf, the file of another program")
 
 
 def placed(volume: Volume, chosen: Mapping[str, Any]) -> Volume:
-    """Return the volume moved by --transform, with --unit."""
+    """Return the volume turned by --space and moved by --transform, with --unit.
+
+    Raises
+    ------
+    InputError
+        If --space is given for a file that names no directions of the body.
+    """
+    if "space" in chosen:
+        if letters_of_space(volume.space) is None:
+            named = volume.space or "none"
+            raise InputError(f"{volume.name}: --space needs a file that names directions of the body, got {named}")
+        volume = turned(volume, chosen["space"])
     volume = volume.moved(chosen["transform"].matrix()) if "transform" in chosen else volume
     return volume.with_unit(chosen["unit"]) if "unit" in chosen else volume
 
@@ -249,14 +275,32 @@ def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | N
         return label_function(volume, **chosen["label-look"]._asdict())
     if "tf" not in chosen:
         return None
-    return transfer_function(chosen["tf"], volume, chosen.get("materials"))
+    return transfer_function(chosen["tf"], volume, chosen.get("materials"), chosen.get("unit-distance"))
 
 
-def transfer_function(name: str, volume: Volume, materials: tuple[str, ...] | None = None) -> TransferFunction:
-    """Return the preset or file `name`, reduced to `materials` if given."""
-    if name in transfer.PRESETS:
+def is_file(name: str) -> bool:
+    """True if `--tf` takes a name for a file's, not for a preset's or colour map's."""
+    endings = (".json", ".toml", *ENDINGS)
+    return name not in transfer.PRESETS and (name.lower().endswith(endings) or os.sep in name or os.path.exists(name))
+
+
+def transfer_function(
+    name: str,
+    volume: Volume | None,
+    materials: tuple[str, ...] | None = None,
+    unit_distance: float | None = None,
+) -> TransferFunction:
+    """Return the preset, file or colour map `name`, reduced to `materials` if given."""
+    if is_file(name):
+        return transfer.load(name, volume, materials, unit_distance)
+    if unit_distance is not None:
+        raise InputError(f"--unit-distance is for files of other programs, got --tf {name}")
+    if transfer.is_named(name):
+        if volume is None:
+            raise InputError(f"transfer function {name!r} is relative to a volume: give --volume VOLUME")
         return transfer.preset(name, volume, materials)
-    if name.lower().endswith((".json", ".toml")) or os.sep in name or os.path.exists(name):
-        return transfer.load(name, volume, materials)
-    known = ", ".join(transfer.PRESETS) + did_you_mean(name, transfer.PRESETS)
-    raise InputError(f"transfer function {name!r} must be a .json or .toml file, or a preset; presets: {known}")
+    known = ", ".join(transfer.PRESETS) + did_you_mean(name, (*transfer.PRESETS, *color_maps.names()))
+    raise InputError(
+        f"transfer function {name!r} must be a file such as .json or .toml, the name of a colour map, or a preset; "
+        f"presets: {known}"
+    )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate, check, with_room
-from texvol.provenance.scene_metadata import scene_metadata
+from texvol.formats.pictures.scene_metadata import scene_metadata
 from texvol.scene import display
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
@@ -97,8 +97,10 @@ class PictureExport:
         return annotate(picture, scene, size, self._annotation, transparent=self._transparent, window=self.window)
 
     def metadata(self, name: str, scene: Scene, path: str, settings: Mapping[str, Any] | None = None) -> dict[str, str]:
-        """Return the metadata of a picture file's header: its scene, and the window of its numbers."""
+        """Return the metadata of a picture file's header: its scene, the window of its numbers, and measures."""
         shown: dict[str, Any] = {}
         if scene.mode in display.NUMBER_MODES and self.window is not None:
             shown = {"window": self.window}
+        if self._annotation.measures:
+            shown["measures"] = [each.as_table() for each in self._annotation.measures]
         return scene_metadata(name, scene, settings=settings or {}, display=shown, checksum=is_exact(path))

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from texvol.formats.pictures.scene_metadata import checksum_of_mesh
 from texvol.geometry import load_mesh
-from texvol.provenance.scene_metadata import checksum_of_mesh
 from texvol.provenance.volumes import Folder, positions
 from texvol.scene.shapes import Mesh
 from texvol.util.errors import InputError

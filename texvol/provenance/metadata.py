@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
+from texvol.formats.pictures.scene_metadata import FORMAT
 from texvol.provenance import parts
-from texvol.provenance.scene_metadata import FORMAT
 from texvol.util import text_files
 from texvol.util.errors import InputError
 

@@ -17,6 +17,7 @@ from texvol.rendering.settings import Settings, checked_target, checked_terminat
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light, Lighting
+from texvol.scene.measures.measure import Measure
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.slabs import SLICINGS
@@ -28,7 +29,7 @@ _NUMBER = (int, float)
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
 SOURCE |= {"variable": str, "resolution": list, "missing": list}
 SOURCE |= {"channel": (int, str), "time": int, "labels": bool, "blocks": bool, "color": bool}
-SOURCE |= {"image": str, "level": int, "fix_pyramid": bool, "missing_chunks": bool}
+SOURCE |= {"image": str, "level": int, "fix_pyramid": bool, "missing_chunks": bool, "label_names": str}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "float | None": _NUMBER, "str": str, "bool": bool, "bool | None": bool, "int": int}[
@@ -105,6 +106,13 @@ def clip_planes(content: Any) -> tuple[ClipPlane, ...]:
     if not isinstance(content, list):
         raise InputError(f"must be a list of planes, got {quoted(content)}")
     return tuple(made(ClipPlane, each) for each in content)
+
+
+def measures(content: Any) -> tuple[Measure, ...]:
+    """Return the measures."""
+    if not isinstance(content, list):
+        raise InputError(f"must be a list of measures, got {quoted(content)}")
+    return tuple(made(Measure, each) for each in content)
 
 
 def switch(content: Any) -> bool:

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import depth
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION, depth_metadata
 from texvol.provenance import parts
 from texvol.provenance.geometry import geometry_from_metadata
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import ATTRIBUTE, BY_TRANSFER_FUNCTION, depth_metadata
 from texvol.provenance.volumes import ALWAYS, KEYS, AnyVolume, found_added, found_mask, found_volume, positions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.air import checked_air
@@ -29,6 +29,7 @@ from texvol.scene.display import NUMBER_MODES, checked_window, shown
 from texvol.scene.gradient import Estimator
 from texvol.scene.lighting import DepthCue
 from texvol.scene.mask import Mask
+from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError
 
@@ -37,7 +38,7 @@ _ALWAYS = (*ALWAYS, "classification", "background")
 _KEYS = dict.fromkeys(
     (*KEYS, "classification", "background", "format", "added", "mode", "isovalue", "air", "gradient", "lighting")
     + ("depth_cue", "camera", "transfer_function", "clip", "crop", "caps", "geometry", "settings", "window", "colors")
-    + ("depth_in", "isosurfaces")
+    + ("depth_in", "isosurfaces", "measures")
 )
 
 
@@ -54,12 +55,14 @@ class StoredScene:
         Window of an 8-bit picture of numbers.
     name : str
         Name of the picture in messages.
+    measures : tuple of Measure
     """
 
     scene: Scene
     settings: Mapping[str, Any] = field(default_factory=dict)
     window: tuple[float, float] | None = None
     name: str = "scene"
+    measures: tuple[Measure, ...] = ()
 
     @property
     def shows_numbers(self) -> bool:
@@ -116,12 +119,13 @@ def stored_scene_of(
     metadata = Metadata.of(attributes[ATTRIBUTE], name, _KEYS, _ALWAYS)
     settings = metadata.part("settings", parts.settings) or {}
     window = metadata.part("window", lambda each: checked_window(parts.numbers(each, 2)))
+    measures = metadata.part("measures", parts.measures) or ()
     described = _described(metadata, folder)
     # Volumes last, since reading them may take long.
     found = found_volume(metadata, volume, folder)
     described |= {"mask": found_mask(metadata, found, mask, folder), "added": found_added(metadata, added, folder)}
     scene = metadata.checked(lambda: Scene(found, **described))
-    return StoredScene(scene, settings, window, name)
+    return StoredScene(scene, settings, window, name, measures)
 
 
 def _depth(content: Any, folder: str | os.PathLike[str] | None) -> DepthPicture:

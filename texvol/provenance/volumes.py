@@ -12,9 +12,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from texvol.formats.pictures.scene_metadata import BLOCKS, COLORS, LABELS, checksum_of, kind_of
 from texvol.provenance import parts
 from texvol.provenance.metadata import Metadata
-from texvol.provenance.scene_metadata import BLOCKS, COLORS, LABELS, checksum_of, kind_of
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.volume import Volume
@@ -137,6 +137,8 @@ def _loaded(metadata: Metadata, path: str, source: Mapping[str, Any]) -> Volume:
     from texvol.formats.readers import ARGUMENTS, load
 
     told = {key: source[key] for key in ARGUMENTS if key in source}
+    if not os.path.exists(told.get("label_names", "")):  # the header has the transfer function, names included
+        told.pop("label_names", None)
     if not metadata.told_how_to_read:  # the header has the scene's spacing, the file's or an override
         told["spacing"] = metadata.part("spacing", lambda each: parts.numbers(each, 3))
     try:

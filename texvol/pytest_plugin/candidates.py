@@ -144,7 +144,7 @@ class Maker:
         return Candidate(_labelled(picture, request), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:
-        from texvol.provenance.scene_metadata import scene_metadata
+        from texvol.formats.pictures.scene_metadata import scene_metadata
 
         if request.scene is not None:
             raise InputError("scene must be left out if picture is a scene")
@@ -163,7 +163,7 @@ class Maker:
 
 def _labelled(picture: Picture, request: Request) -> Picture:
     """Return the picture with the driver that the test names, and with its scene if the header holds no scene."""
-    from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
+    from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 
     named = {} if request.driver is None else {DRIVER_ATTRIBUTE: request.driver}
     scene = request.scene

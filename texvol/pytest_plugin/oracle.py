@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits
 from texvol.comparison.outcome import Outcome, examine, number_range
 from texvol.comparison.pictures import Picture
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
 from texvol.rendering import error_control

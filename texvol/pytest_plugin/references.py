@@ -14,7 +14,7 @@ import numpy as np
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.pictures import image
-from texvol.provenance.scene_metadata import ATTRIBUTE
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.pytest_plugin import repeats
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.scene import CLASSIFICATIONS, Classification

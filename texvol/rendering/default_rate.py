@@ -1,18 +1,24 @@
 """Sampling rate of pictures for which nobody chose one.
 
 A `post` picture at one slab per voxel has rings where the transfer function is steep. Its error is of order 1 at least,
-so that two small pictures, one of half the slab thickness, bound it:
+so that two small pictures, one of a quarter of the slab thickness, bound it:
 
-    e(d) <= max |I(d) - I(d/2)| / (1 - 1/2)
+    e(d) <= max |I(d) - I(d/4)| / (1 - 1/4)
 
-The rate is doubled until that is at most `LIMIT`, as long as the rays cross no more slabs than a warm frame of half a
-second can have. Slabs are counted, not timed, so that the same scene always gives the same picture.
+A picture of half the thickness would need a divisor of 1/2, and is mostly as far off on the other side. The rate is
+doubled until the bound is at most `LIMIT`, as long as the rays sample no more slabs than a warm frame of half a second
+can have. Slabs are counted, not timed, so that the same scene always gives the same picture. Rays end at a
+transmittance of a sixteenth of the limit, which is part of the estimate.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
@@ -23,12 +29,18 @@ from texvol.slicing.slabs import slabs_crossed_about
 from texvol.util.errors import InputError
 
 LIMIT = 1 / 64  # of the largest error of a linear picture
-_SAFETY = 1.5  # of the estimate against that by another classification, which `Renderer.stats` has
-_MOST_CROSSED = 2.5e8  # slabs of all rays: 2 ns each by a software renderer of two cores, with empty space and light
-_MOST_IN_PARTS = 1e8  # of a volume that is read in parts
-_FINEST, _IN_PARTS = 16, 4
+# Slabs that are sampled in half a second by a software renderer of two cores: 5 ns each where they are lit.
+_MOST_SAMPLED, _MOST_SAMPLED_UNLIT = 1e8, 2e8
+_MOST_IN_PARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
+_FINEST, _IN_PARTS = 32, 4
 _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
+_HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
+_STEP = 0.5  # of rates between powers of two
+# Transmittance at which rays end if the rate is not 1: a sixteenth of the limit, of which it is a part.
+_TERMINATION = LIMIT / 16
+
+CountSlabs = Callable[[CompleteScene, Size, Settings], int]
 
 
 def _small(size: Size) -> Size:
@@ -41,12 +53,12 @@ def _small(size: Size) -> Size:
 class DefaultRate:
     """Chooser of rates; it remembers the last choice.
 
-    `draw` draws a scene with the settings, without background.
+    `draw` draws a scene with the settings, without background; `count` returns how many slabs that samples.
     """
 
-    def __init__(self, draw: DrawScene) -> None:
-        self._draw = draw
-        self._last: tuple[tuple[Any, ...], float] | None = None  # key and rate
+    def __init__(self, draw: DrawScene, count: CountSlabs) -> None:
+        self._draw, self._count = draw, count
+        self._last: tuple[tuple[Any, ...], float, float | None] | None = None  # key, rate and estimate
         self.estimate: float | None = None  # of the picture for which the last rate was chosen
 
     def settled(self, scene: CompleteScene, size: Size, settings: Settings, chosen: Classified | None) -> Settings:
@@ -64,9 +76,13 @@ class DefaultRate:
         parts = scene.volume, scene.transfer_function, scene.lighting, scene.mask, scene.depth_cue
         key = (*map(id, parts), f"{size} {scene.cutting} {scene.gradient} {plain}", *map(id, scene.added))
         if self._last is None or self._last[0] != key:
-            self._last = key, self._chosen(scene, size, plain)
+            self._last = key, self._chosen(scene, size, plain), self.estimate
             self._kept = parts, scene.added  # whose identities are in the key
-        return replace(settings, slab_thickness=settings.slab_thickness / self._last[1])
+        rate, self.estimate = self._last[1:]
+        if rate > 1 and settings.early_termination == DEFAULT_EARLY_TERMINATION:
+            settings = replace(settings, early_termination=_TERMINATION)
+            self.estimate = None if self.estimate is None else self.estimate + _TERMINATION
+        return replace(settings, slab_thickness=settings.slab_thickness / rate)
 
     def estimated(self, scene: CompleteScene, size: Size, settings: Settings, seconds: float) -> float | None:
         """Return an estimate of the error of a picture, from two small ones; None if they would take long.
@@ -83,24 +99,39 @@ class DefaultRate:
 
     def _chosen(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
         """Return the factor of the rate."""
-        small, rate = _small(size), 1
+        small, rate, pictures = _small(size), 1.0, {}
+
+        def drawn(factor: float) -> NDArray[np.float32]:
+            if factor not in pictures:
+                thinner = replace(settings, slab_thickness=settings.slab_thickness / factor)
+                pictures[factor] = self._draw(scene, small, thinner)
+            return pictures[factor]
+
         try:
-            coarse = self._draw(scene, small, settings)
+            most = None
             while True:
-                finer = replace(settings, slab_thickness=settings.slab_thickness / (2 * rate))
-                fine = self._draw(scene, small, finer)
-                self.estimate = estimate(coarse, fine, 1)
-                if _SAFETY * self.estimate <= LIMIT or rate >= _FINEST:
+                self.estimate = estimate(drawn(rate), drawn(rate * 2**_HALVINGS), _HALVINGS)
+                if self.estimate + _TERMINATION <= LIMIT or rate >= _FINEST:
                     return rate
-                if slabs_crossed_about(scene.box, scene.camera, finer.slab_thickness, size) > _MOST_CROSSED:
+                most = most or self._finest(scene, size, settings)
+                finer = min(2 * rate, np.floor(most / _STEP) * _STEP)
+                if finer <= rate:
                     return rate
-                rate, coarse = 2 * rate, fine
+                rate = float(finer)
         except InputError:  # no room, or too many slabs: the picture itself says so if it has to
             return rate
 
+    def _finest(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
+        """Return the factor of the rate at which a frame takes half a second, by the samples of a small picture."""
+        small = _small(size)
+        pixels = size[0] * size[1] / (small[0] * small[1])
+        sampled = max(self._count(scene, small, replace(settings, early_termination=_TERMINATION)) * pixels, 1.0)
+        return (_MOST_SAMPLED_UNLIT if scene.lighting is None else _MOST_SAMPLED) / sampled
+
     def _error(self, scene: CompleteScene, small: Size, settings: Settings) -> float:
-        fine = self._draw(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2))
-        return estimate(self._draw(scene, small, settings), fine, 1)
+        thinner = replace(settings, slab_thickness=settings.slab_thickness / 2**_HALVINGS)
+        fine = self._draw(scene, small, thinner)
+        return estimate(self._draw(scene, small, settings), fine, _HALVINGS)
 
     def _in_parts(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
         """Return the settings for a volume in a store, whose parts are not read for a choice."""

@@ -6,9 +6,7 @@ from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from texvol.rendering.picture import Picture
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Classification, Scene
 
@@ -31,7 +29,7 @@ class DrawsPictures(Protocol):
         """Report of the last picture."""
 
     @property
-    def render(self) -> Callable[..., NDArray[np.float32]]:
+    def render(self) -> Callable[..., Picture]:
         """Function that returns a scene's picture."""
 
 
@@ -49,7 +47,7 @@ class Kept:
 class Frame:
     """Picture of a sequence, with the scene and the settings by which it was drawn."""
 
-    picture: NDArray[np.float32]
+    picture: Picture
     scene: Scene
     settings: dict[str, Any]
     kept: Kept

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Generator, Iterable
 from contextlib import nullcontext, suppress
 from dataclasses import replace
-from typing import Any, Self
+from functools import partial
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +20,19 @@ from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.default_rate import DefaultRate
-from texvol.rendering.error_control import ErrorSearch, smaller
+from texvol.rendering.error_control import ErrorSearch
 from texvol.rendering.frames import Frame, drawn_one_by_one
-from texvol.rendering.model_error import AskedOfModel, model_error
+from texvol.rendering.late_estimate import estimates
+from texvol.rendering.model_error import AskedOfModel
+from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
 from texvol.rendering.settings import (
     Settings,
-    checked,
-    checked_format,
     checked_slicing,
     checked_target,
     checked_termination,
+    settings_asked_for,
 )
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
@@ -37,18 +40,12 @@ from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.turning import views_around
 from texvol.slicing.slabs import Slicing
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError
 
 Size = tuple[int, int]
-_REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an estimate is made from
-
-
-def render(scene: Scene, size: Size = (512, 512), *, backend: str = "auto", **accuracy: Any) -> NDArray[np.float32]:
-    """Return the scene's picture, drawn by a renderer of its own; arguments as for `Renderer.render`."""
-    with Renderer(backend) as renderer:
-        return renderer.render(scene, size, **accuracy)
 
 
 class Renderer:
@@ -95,11 +92,12 @@ class Renderer:
         self._unrefined: CompleteScene | None = None  # the last scene, before its volume was refined
         self._is_of_post = False  # True if the last picture was checked against the integral of post
         self._check: checking.Check | None = None  # of the last picture
+        self._drawn: Drawn | None = None
         self.drawn_scene: Scene | None = None  # the last scene, in the classification in which it was drawn
         self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
-        self._default_rate = DefaultRate(self._draw)
+        self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
         self._quick_estimate: float | None = None  # of the last picture's error, by the choice of its rate
         self._error_search = ErrorSearch(self._noted, self._exactly, self._rounding)
 
@@ -124,7 +122,7 @@ class Renderer:
         views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
-    ) -> NDArray[np.float32]:
+    ) -> Picture:
         """Return the scene's picture, (height, width, 4) float32, premultiplied, linear, top row first.
 
         Parameters
@@ -186,11 +184,9 @@ class Renderer:
         """
         check, size = checking.checked_count(check), self._compositor.checked_size(size)
         scene = drawable(scene, size, texture_refinement)
-        wanted = checked(scene, slab_thickness, sampling_rate, max_error)
-        termination = checked_termination(early_termination, max_error)
-        formats = checked_format(texture_format), checked_target(target_format, scene.mode)
-        settings = Settings(wanted, *formats, termination, skip_empty, slicing)
-        asked, rates = AskedOfModel(texture_refinement, max_error, of), (max_error, slab_thickness, sampling_rate)
+        rates, formats = (slab_thickness, sampling_rate, max_error), (texture_format, target_format)
+        settings = settings_asked_for(scene, rates, formats, early_termination, skip_empty, slicing)
+        asked = AskedOfModel(texture_refinement, max_error, of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures = self._pictures_of(scene)
@@ -222,7 +218,14 @@ class Renderer:
             with self._watch.timed("check"):
                 against = asked.truth(self._unrefined, complete), check, max_error, self._estimate, self._oracle
                 self._check = checking.held_against_oracle(picture, *against)
-        return picture
+        return self._known(picture, size)
+
+    def orbit(
+        self, scene: Scene, count: int, size: Size = (512, 512), **accuracy: Any
+    ) -> Generator[Picture, None, None]:
+        """Yield `count` pictures once around a scene; arguments as for `render`, which decide the first."""
+        for frame in self.frames(views_around(scene, count, size), size, count=count, views=count, **accuracy):
+            yield frame.picture
 
     def frames(
         self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
@@ -259,6 +262,11 @@ class Renderer:
         return depth_of(drawn, scene.volume, scene.camera, settings.slab_thickness)
 
     @property
+    def last(self) -> Drawn | None:
+        """Scene and settings of the last picture, while its report can be found: until the renderer is closed."""
+        return None if self._context.released and self._estimate is None else self._drawn
+
+    @property
     def stats(self) -> dict[str, Any]:
         """Report of the last `render` in JSON types, as `--stats` writes it.
 
@@ -266,9 +274,7 @@ class Renderer:
         classification, from two small pictures. `samples` is the number of sampled slabs, `samples_total` the number
         of slabs that the rays cross in the box. These three are found when `stats` is first read.
         """
-        if self._last is None:
-            return {}
-        if not self._stats:
+        if self._last is not None and not self._stats:
             self._stats = self._metadata(*self._last)
         return self._stats
 
@@ -319,12 +325,11 @@ class Renderer:
 
     def close(self) -> None:
         """Release everything on the device; closing twice is allowed."""
-        if self._context.released:
-            return
-        with self._context:
-            self._pictures.release()
-            self._compositor.release()
-        self._context.release()
+        if not self._context.released:
+            with self._context:
+                self._pictures.release()
+                self._compositor.release()
+            self._context.release()
 
     def __enter__(self) -> Self:
         return self
@@ -337,6 +342,13 @@ class Renderer:
     ) -> NDArray[np.float32]:
         """Draw the picture, without background; or the depth of its isosurface."""
         return self._pictures_of(scene).draw(scene, size, settings, repeat, depth)
+
+    def _known(self, array: NDArray[np.float32], size: Size) -> Picture:
+        """Return the picture that was drawn last, which keeps what it was drawn from."""
+        scene, settings = cast(CompleteScene, self._unrefined), self.settings
+        again = partial(drawn_again, partial(Renderer, self.backend), scene, size, settings)
+        self._drawn = Drawn(scene, settings, self.attributes, self.estimate, again, weakref.ref(self))
+        return Picture.of(array, self._drawn)
 
     def _pictures_of(self, scene: Scene) -> Pictures:
         """Return what draws a scene."""
@@ -380,19 +392,8 @@ class Renderer:
         """Return the estimate from the choice of thickness, or from thinner slabs in a sixteenth of the pixels."""
         if self._context.released:
             return self._estimate
-        with self._context, suppress(NoRoomError):  # a small picture may need larger margins around bricks
-            small = smaller(size)
-            picture = self._draw(scene, small, settings) if self._estimate is None else None
-            with self._pictures_of(scene).set_aside(None if scene.added else _REFERENCE_BYTES):
-                assert self._unrefined is not None
-                self._model_error = model_error(scene, self._unrefined, small, settings, self._exactly)
-                if picture is None:
-                    return self._estimate
-                self._estimate = error_control.estimate_by_finer(
-                    scene,
-                    picture,
-                    settings.slab_thickness,
-                    lambda other, thickness: self._exactly(other, small, replace(settings, slab_thickness=thickness)),
-                )
-            self._estimate += self._rounding(scene)
+        with self._context, suppress(NoRoomError):
+            assert self._unrefined is not None
+            how = self._draw, self._exactly, (scene, self._unrefined), size, settings, self._estimate
+            self._estimate, self._model_error = estimates(self._pictures_of(scene), *how)
         return self._estimate

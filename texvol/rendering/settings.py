@@ -39,6 +39,32 @@ class Settings:
         return self.skip_empty and scene.mode in ("composite", "isosurface")
 
 
+def settings_asked_for(
+    scene: Scene,
+    thickness: tuple[float | None, float | None, float | None],
+    formats: tuple[str, str],
+    early_termination: float | None,
+    skip_empty: bool,
+    slicing: Slicing,
+) -> Settings:
+    """Return the settings of arguments of `Renderer.render`; the thickness is NaN if an error is to decide it.
+
+    Parameters
+    ----------
+    thickness : (slab_thickness, sampling_rate, max_error)
+    formats : (texture_format, target_format)
+
+    Raises
+    ------
+    InputError
+        If one of them is out of range, or several decide the thickness.
+    """
+    wanted = checked(scene, *thickness)
+    checked_formats = checked_format(formats[0]), checked_target(formats[1], scene.mode)
+    termination = checked_termination(early_termination, thickness[2])
+    return Settings(wanted, *checked_formats, termination, skip_empty, slicing)
+
+
 def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
     """Return the slab thickness in world units; NaN if `max_error` is to decide it.
 

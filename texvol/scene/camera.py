@@ -19,6 +19,7 @@ from pyrr import matrix44
 
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.late import ShownInNotebooks
 
 Projection = Literal["orthographic", "perspective"]
 Vector = NDArray[np.float64]
@@ -46,8 +47,8 @@ class PixelRays:
     reference_depth: float  # depth of the reference point, seen from the eye
 
 
-@dataclass(frozen=True)
-class Camera:
+@dataclass(frozen=True, repr=False)
+class Camera(ShownInNotebooks):
     """An eye, what it looks at, and how it projects; made by `perspective`, `orthographic` or `framing`."""
 
     projection: Projection
@@ -75,6 +76,11 @@ class Camera:
             raise InputError(f"camera: fov must be an angle between 0 and 180 degrees, got {self.fov:g}")
         if not 0 < self.height < np.inf:
             raise InputError(f"camera: height must be positive and finite, got {self.height:g}")
+
+    def __repr__(self) -> str:
+        extent = f"fov={self.fov:.6g}" if self.projection == "perspective" else f"height={self.height:.6g}"
+        places = ", ".join(f"{name}=({_text(getattr(self, name))})" for name in ("eye", "target", "up"))
+        return f"Camera.{self.projection}({places}, {extent})"
 
     @classmethod
     def perspective(

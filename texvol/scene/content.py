@@ -34,6 +34,7 @@ _OPAQUE = 1e3  # optical depth of a cell of infinite extinction
 _NOTHING = 1e-5  # optical depth of a cell that counts as clear
 _NODES = 9  # values of a chunk's range that are classified
 _SAME_BOX = 1e-3  # of the box's size
+_FAINT, _FAINT_LIGHT = 0.02, 0.1  # opacity that nobody sees; and light that is haze beside what is bright
 
 _KNOWN: WeakKeyDictionary[Volume, tuple[str, tuple[Any, ...], Content]] = WeakKeyDictionary()
 
@@ -52,12 +53,15 @@ class Content:
         World position.
     apart : float
         Largest distance of neighbouring samples, world units.
+    faint : float
+        Opacity of a part of the picture that counts as clear; of what emits, light.
     """
 
     points: Numbers
     amounts: Numbers
     about: Numbers
     apart: float
+    faint: float = _FAINT
 
     @classmethod
     def nothing(cls, box: Volume) -> Content:
@@ -125,7 +129,8 @@ def _content(scene: SceneParts) -> Content:
         if isinstance(shape, Mesh):
             points.append(np.asarray(shape.vertices, np.float64) - about)
             amounts.append(np.full(len(points[-1]), _OPAQUE * apart**2))
-    return Content(_joined(points), _joined(amounts), about, apart)
+    emits = any(medium is not None and medium.emissive for _, medium, _ in owners)
+    return Content(_joined(points), _joined(amounts), about, apart, _FAINT_LIGHT if emits else _FAINT)
 
 
 def _joined(parts: list[Numbers]) -> Numbers:

@@ -30,7 +30,6 @@ FILL = 0.9  # of the picture, what shows
 _BORDER = 0.98  # of the picture, all of what shows clearly
 _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle, on each side
 _BINS = 128  # of the coarse picture, along its longer side
-_FAINT = 0.02  # opacity that nobody sees
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
 
 VIEWS = ("front", "back", "left", "right", "top", "bottom", "iso")
@@ -181,7 +180,7 @@ def _typical(numbers: NDArray[np.float64]) -> float:
 def _level(camera: Camera, content: Content, aspect: float, box: Volume) -> Camera:
     """Return an orthographic camera that frames what shows."""
     places = camera.in_eye_space(content.points, content.about)
-    typical, clearly = _extents(places[:, :2], content.amounts, content.apart)
+    typical, clearly = _extents(content, places[:, :2])
     middle, height = _fitting(typical, clearly, aspect)
     depth = _typical(places[:, 2])
     target = np.array(camera.eye) + middle[0] * camera.right + middle[1] * camera.upward + depth * camera.forward
@@ -199,7 +198,7 @@ def _perspective(camera: Camera, content: Content, aspect: float) -> Camera:
             camera = _moved(camera, (0.0, 0.0), depth, 2 * max(depth, float(np.ptp(places[:, 2]))))
             continue
         slopes = places[:, :2] / places[:, 2:]
-        typical, clearly = _extents(slopes, content.amounts / places[:, 2] ** 2, content.apart / depth)
+        typical, clearly = _extents(content, slopes, 1 / places[:, 2], 1 / depth)
         middle, height = _fitting(typical, clearly, aspect)
         camera = _moved(
             camera, (middle[0] * depth, middle[1] * depth), depth, depth * height / (2 * camera.half_height)
@@ -237,23 +236,27 @@ def extent_seen(camera: Camera, content: Content) -> tuple[Extent, float] | None
         return None
     if camera.projection == "orthographic":
         half = camera.half_height
-        return _extents(places[:, :2] / half, content.amounts / half**2, content.apart / half)[0], depth
+        return _extents(content, places[:, :2] / half, 1 / half, 1 / half)[0], depth
     scale = places[:, 2:] * camera.half_height
-    return _extents(places[:, :2] / scale, content.amounts / scale[:, 0] ** 2, content.apart / scale.mean())[0], depth
+    return _extents(content, places[:, :2] / scale, 1 / scale[:, 0], 1 / scale.mean())[0], depth
 
 
-def _extents(places: Numbers, amounts: Numbers, apart: float) -> tuple[Extent, Extent]:
+def _extents(
+    content: Content, places: Numbers, scales: Numbers | float = 1.0, scale: float = 1.0
+) -> tuple[Extent, Extent]:
     """Return the ends of all but half a per cent of the light on each side, and of all that shows clearly.
 
-    `places` are positions across and upwards, shape (n, 2); `amounts` are optical depths times areas in that plane.
+    `places` are positions across and upwards, shape (n, 2), in a plane in which lengths at the content's points are
+    `scales` times, and typically `scale` times, as long as in the world.
     """
+    amounts, apart = content.amounts * np.square(scales), content.apart * scale
     low, high = places.min(axis=0) - apart / 2, places.max(axis=0) + apart / 2
     width = max(float((high - low).max()) / _BINS, 1.5 * apart, 1e-300)
     counts = np.maximum(np.ceil((high - low) / width).astype(int), 1)
     column, row = np.minimum(((places - low) / width).astype(int), counts - 1).T
     sums = np.bincount(column * counts[1] + row, weights=amounts, minlength=int(counts.prod()))
     opacity = -np.expm1(-sums.reshape(counts) / width**2)
-    opacity[opacity < _FAINT] = 0.0
+    opacity[opacity < content.faint] = 0.0
     if not opacity.any():
         opacity = sums.reshape(counts)
     ends = [

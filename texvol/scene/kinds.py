@@ -15,19 +15,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.air import hounsfield_by
+from texvol.scene.distances import depth_inside
 from texvol.scene.spaces import letters_of_space
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import LARGEST_LABEL, Volume
 from texvol.util.errors import InputError
 from texvol.util.statistics import distinct, percentile_of_sorted
 
-KindName = Literal["labels", "colours", "fluorescence", "CT", "MR", "signed", "field", "measured", "constant"]
+KindName = Literal[
+    "labels", "colours", "fluorescence", "CT", "MR", "distance", "signed", "field", "measured", "constant"
+]
 
 _MOST_LEVELS = 1024  # different values that labels may have: an atlas of a brain has some 200
 _FEW_LEVELS = 8  # of so few, neighbours may have any names
 _ALIKE_OF_FEW, _ALIKE = 0.5, 0.65  # least fraction of neighbours with one label, outside of the background
 _ALONG_AN_AXIS = 0.6  # of that, along an axis on which samples lie farther apart
 _FAR_APART = 0.15  # least fraction of borders at which a field would have jumped over a level
+_FEWEST_IN_ORDER = 4  # levels of a field that was made coarse
+_FAR_APART_OF_FEW = 0.05  # such a field jumps over a level nowhere, and labels touch the background here and there
 _LOOKED_AT = 1 << 20  # samples whose neighbours are compared
 _SKEWED = 0.35  # standardised third moment, of either sign
 _BACKGROUND = 0.1  # fraction of the samples of a head that air has around it, at least
@@ -107,6 +112,8 @@ def _seen(volume: Volume) -> Kind:
     if by := hounsfield_by(volume):
         known = "the file says that its values are Hounsfield units"
         return Kind("CT", known if by == "file" else f"its values are like Hounsfield units, {low:g} to {high:g}")
+    if depth_inside(volume) is not None:
+        return Kind("distance", "its gradient has one length everywhere, as that of a signed distance has")
     if _has_two_signs(volume, samples):
         return Kind("signed", f"its values have two signs about zero, {low:g} to {high:g}")
     skewness, median, background = _shape(volume, samples)
@@ -160,7 +167,9 @@ def _in_patches(levels: NDArray[np.float64], pairs: list[tuple[NDArray, NDArray]
         borders, far = borders + ranks[0].size, far + int((np.abs(ranks[0] - ranks[1]) > 1).sum())
     if not all_within or all_alike < alike * all_within:
         return False
-    return levels.size <= _FEW_LEVELS or far >= _FAR_APART * borders
+    if levels.size <= _FEW_LEVELS:
+        return levels.size <= _FEWEST_IN_ORDER or far >= _FAR_APART_OF_FEW * borders
+    return far >= _FAR_APART * borders
 
 
 def _has_two_signs(volume: Volume, samples: NDArray[np.float64]) -> bool:

@@ -35,6 +35,11 @@ def label_counts(volume: Volume) -> LabelCounts:
     return _KNOWN[volume]
 
 
+def share_counts(volume: Volume, other: Volume) -> None:
+    """Tell that another volume has the same samples, so that they are not counted again."""
+    _KNOWN[other] = label_counts(volume)
+
+
 def listed(labels: NDArray[np.int64]) -> str:
     """Labels, ascending, as a message names them: runs by their ends, and of very many the first and the last."""
     breaks = np.flatnonzero(np.diff(labels) != 1)

@@ -213,7 +213,7 @@ class LargeVolume(Volume):
         """Return samples of a level from `first` on, along x, y, z, as a volume where they lie in the world."""
         own = self.levels[level]
         start = np.array(own.first) + np.array(own.factor) * first
-        return Volume(
+        made = Volume(
             values,
             (self.spacing * own.factor).tolist(),
             (self.origin + self.world_from_index @ start).tolist(),
@@ -225,7 +225,10 @@ class LargeVolume(Volume):
             source=self.source,  # nobody else has the samples
             labels=self.labels,
             blocks=self.blocks,
+            label_table=self.label_table,
         )
+        made.channel, made.channels = self.channel, self.channels
+        return made
 
     def at_level(self, number: int) -> LargeVolume:
         """Return the volume whose level 0 is one of the levels.

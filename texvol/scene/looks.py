@@ -14,6 +14,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
 from texvol.scene.lighting import Lighting
@@ -24,7 +25,7 @@ from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 
 NO_LIGHT = "none"
-EXPOSED = Lighting(ambient=0.25, diffuse=0.63, specular=0.12)
+EXPOSED = Lighting(ambient=0.14, diffuse=0.74, specular=0.12)
 _UNLIT = ("fog", "fluorescence")  # media without surfaces
 _BONE = 250.0  # Hounsfield units
 _BODY = -500.0
@@ -151,6 +152,8 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         return Look(medium, name="fluorescence", reason=kind.reason)
     if (name := look_name(volume)) in presets.PRESETS:
         return replace(look_of(name, volume), reason=kind.reason)
+    if kind.name == "distance" and (depth := depth_inside(volume)) is not None:
+        return Look(presets.solid_inside(volume, depth), EXPOSED, name="solid inside", reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
 

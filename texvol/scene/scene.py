@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import os
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -10,21 +11,24 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 import numpy as np
 
 from texvol.scene.added_volume import AddedVolume, common_box
-from texvol.scene.air import Air, checked_air
+from texvol.scene.air import Air
 from texvol.scene.camera import Camera
-from texvol.scene.cutting import ClipPlane, Cutting, Range, checked_crop
+from texvol.scene.cutting import ClipPlane, Cutting, Range
 from texvol.scene.depth_picture import DepthPicture
 from texvol.scene.framing import framed
 from texvol.scene.gradient import CENTRAL, Estimator
-from texvol.scene.isosurfaces import Isosurface, checked_isosurfaces
+from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.looks import look_for, parts_taken, seen_as
 from texvol.scene.mask import Mask, without_hidden
-from texvol.scene.shapes import Lines, Mesh, checked_geometry
+from texvol.scene.scene_checks import check_air, check_cutting, check_geometry, check_isovalue, check_medium
+from texvol.scene.shapes import Lines, Mesh
 from texvol.scene.transfer import NO_MEDIUM, TransferFunction, proposed_for
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, check_type
+from texvol.util.late import ShownInNotebooks, late
+from texvol.util.suggestions import did_you_mean
 
 Classification = Literal["auto", "slab", "extinction", "post", "integrated"]
 CLASSIFICATION_CHOICES: tuple[str, ...] = get_args(Classification)
@@ -45,8 +49,8 @@ _PARTS: dict[str, type] = {
 }
 
 
-@dataclass(frozen=True)
-class Scene:
+@dataclass(frozen=True, repr=False)
+class Scene(ShownInNotebooks):
     """Volume with transfer function, camera, light and all else that decides how it looks.
 
     Parameters
@@ -133,11 +137,11 @@ class Scene:
         for name, known in (("classification", CLASSIFICATION_CHOICES), ("mode", MODES), ("coloring", COLORINGS)):
             if (chosen := getattr(self, name)) not in known:
                 raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")
-        self._check_isovalue()
-        self._check_air()
-        self._check_medium()
-        self._check_cutting()
-        self._check_geometry()
+        check_isovalue(self)
+        check_air(self)
+        check_medium(self)
+        check_cutting(self)
+        check_geometry(self)
         self._check_volumes()
 
     def _check_types(self) -> None:
@@ -148,6 +152,35 @@ class Scene:
             if (part := getattr(self, name)) is not None:
                 check_type(f"scene: {name}", part, kind)
         check_type("scene: gradient", self.gradient, Estimator)
+
+    def __repr__(self) -> str:
+        parts = [f"{self.volume!r}", self.mode, self.classification]
+        parts += [self.transfer_function.name] if self.transfer_function is not None else []
+        parts += ["lit"] if self.lighting is not None else []
+        parts += [f"{len(self.added)} more volumes"] if self.added else []
+        return f"Scene({', '.join(parts)})"
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Scene:
+        """Return the scene of a scene file (TOML), as `texvol render --scene` draws it.
+
+        Raises
+        ------
+        InputError
+            If the file, or one that it names, can't be read.
+        """
+        loaded: Scene = late("load_scene", path)
+        return loaded
+
+    def replace(self, **parts: Any) -> Scene:
+        """Return the scene with other parts, by the names of its parameters; see `Scene` for errors."""
+        known = [each.name for each in fields(self)]
+        for name in parts:
+            if name not in known:
+                raise InputError(
+                    f"scene: unknown part {name!r}; parts are {', '.join(known)}{did_you_mean(name, known)}"
+                )
+        return replace(self, **parts)
 
     @property
     def looked(self) -> Scene:
@@ -281,36 +314,6 @@ class Scene:
         """Values of all isosurfaces, data units."""
         return tuple(each.value for each in self.isosurfaces) if self.isovalue is None else (self.isovalue,)
 
-    def _check_isovalue(self) -> None:
-        object.__setattr__(self, "isosurfaces", checked_isosurfaces(self.isosurfaces))
-        if self.isosurfaces and self.isovalue is not None:
-            raise InputError("scene: isovalue and isosurfaces are one or the other, got both")
-        if self.mode != "isosurface" and self.isovalues:
-            raise InputError(f"scene: isovalue needs mode isosurface, got mode {self.mode}")
-        if (
-            self.mode == "isosurface"
-            and not self.isosurfaces
-            and not (self.isovalue is not None and np.isfinite(self.isovalue))
-        ):
-            raise InputError(f"scene: isovalue must be finite in mode isosurface, got {self.isovalue!r}")
-
-    def _check_air(self) -> None:
-        try:
-            object.__setattr__(self, "air", checked_air(self.air))
-        except InputError as error:
-            raise InputError(f"scene: {error}") from None
-        if self.air is not None and self.mode != "xray":
-            raise InputError(f"scene: air needs mode xray, got mode {self.mode}")
-
-    def _check_cutting(self) -> None:
-        object.__setattr__(self, "clip", tuple(self.clip))
-        for plane in self.clip:
-            check_type("scene: each of clip", plane, ClipPlane)
-        if self.crop is not None:
-            object.__setattr__(self, "crop", checked_crop(self.crop))
-        if self.caps and self.mode != "composite":
-            raise InputError(f"scene: caps need mode composite, got mode {self.mode}")
-
     def _check_volumes(self) -> None:
         object.__setattr__(self, "added", tuple(self.added))
         if self.mask is not None:
@@ -324,29 +327,6 @@ class Scene:
         without = replace(self, added=(), geometry=()) if self.added else self
         for each in self.added:
             replace(without, **_own_parts(each))  # checked like any scene
-
-    def _check_geometry(self) -> None:
-        object.__setattr__(self, "geometry", checked_geometry(self.geometry))
-        if self.geometry and self.mode not in ("composite", "isosurface"):
-            raise InputError(
-                f"scene: geometry needs mode composite or isosurface, got mode {self.mode}, whose pictures hold numbers"
-            )
-        if self.depth is not None and self.mode not in ("composite", "isosurface"):
-            raise InputError(f"scene: depth needs mode composite or isosurface, got mode {self.mode}")
-
-    def _check_medium(self) -> None:
-        medium = self.transfer_function
-        if self.mode == "isosurface" and self.lighting is not None and self.lighting.shadows:
-            raise InputError("scene: shadows need mode composite, got mode isosurface")
-        if medium is None or self.mode != "composite":
-            return
-        if self.lighting is not None and medium.emissive:
-            raise InputError("scene: lighting needs an associated transfer function, got an emissive one")
-        if self.classification == "integrated" and (medium.graded or medium.contours):
-            raise InputError(
-                "scene: classification integrated needs a medium that depends on the value alone, got one that depends "
-                "on the gradient: use post, extinction or slab"
-            )
 
 
 class CompleteScene(Scene):

@@ -19,6 +19,9 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.channel import Channel
+from texvol.scene.interchanged import Interchanged
+from texvol.scene.label_table import LabelTable
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
@@ -35,7 +38,7 @@ OF_PLACE = (
 )
 
 
-class Volume(KeepsArrays):
+class Volume(KeepsArrays, Interchanged):
     """A scalar field on a regular grid.
 
     Parameters
@@ -74,12 +77,19 @@ class Volume(KeepsArrays):
         Straight colour of each sample, linear RGB from 0 to 1; the values are then how much of it there is. Matter has
         its colour times that of the transfer function, and is interpolated after it is classified, always.
 
+    label_table : LabelTable, optional
+        Names and colours of labels.
+
     Raises
     ------
     InputError
         If there are not three axes, no samples, a type that is not real, or no volume to speak of; if labels are not
         whole, or colours not one for each sample.
     """
+
+    label_table: LabelTable | None = None
+    channel: Channel | None = None  # of the `channels` of an image; readers set both
+    channels: tuple[Channel, ...] = ()
 
     def __init__(
         self,
@@ -98,8 +108,9 @@ class Volume(KeepsArrays):
         labels: bool = False,
         blocks: bool = False,
         colors: ArrayLike | None = None,
+        label_table: LabelTable | None = None,
     ) -> None:
-        self.name = name
+        self.name, self.label_table = name, label_table
         self.resampling = None if resampling is None else dict(resampling)
         self.values = read_only(_real_samples(values, name))
         self._place(spacing, origin, direction)
@@ -285,7 +296,8 @@ class Volume(KeepsArrays):
 
     def __repr__(self) -> str:
         nx, ny, nz = self.dimensions
-        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)} {self.unit})"
+        unit = f" {self.unit}" if self.unit else ""
+        return f"Volume({self.name!r}, {nx} x {ny} x {nz} {self.dtype}, spacing {_text(self.spacing)}{unit})"
 
 
 def _sample_colors(colors: ArrayLike, values: NDArray, name: str) -> NDArray[np.float32]:

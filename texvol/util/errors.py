@@ -40,6 +40,11 @@ def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
 
 
+def missing_library(library: str, purpose: str) -> MissingExtraError:
+    """Return the error that names a library which no extra of texvol installs."""
+    return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install {library}")
+
+
 def is_number(thing: object) -> bool:
     """True of a real number, Python's or numpy's, but not of a truth value."""
     return isinstance(thing, Real) and not isinstance(thing, bool)

@@ -19,8 +19,10 @@ from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
+from texvol.window.playing import follow as follow_time
 from texvol.window.probe import at_point, first_medium
 from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
+from texvol.window.reframing import follow as follow_box
 from texvol.window.screen import Screen, Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport, pressed_commands
@@ -171,6 +173,8 @@ class Application:
         self._arrange()
         desk.update()
         freeing.limit(desk)
+        follow_time(desk)
+        follow_box(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
         panels.show(desk)
@@ -191,11 +195,12 @@ class Application:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""
         desk, plan = self._desk, self._plan
         since = self._screen.time - self._last
-        playing = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
-        playing &= plan.player is None or not plan.player.waits or self._at_rest
-        if playing or desk.steering.dragging or self._lively > 0:
+        counting = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
+        counting &= plan.player is None or not plan.player.waits or self._at_rest
+        if counting or desk.steering.dragging or self._lively > 0:
             return max(_FRAME - since, 0.0)
-        waits = [_IDLE, desk.director.next_due(desk.now), *(each.until - desk.now for each in desk.messages)]
+        waits = [_IDLE, desk.director.next_due(desk.now), desk.times.due(desk.now)]
+        waits += [each.until - desk.now for each in desk.messages]
         if plan.player is not None and plan.player.waits:  # for rest: each check takes CPU time from the refiner
             waits.append(0.1)
         elif desk.loading is not None or desk.writing is not None or plan.player is not None:
@@ -246,7 +251,9 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        return desk.director.at_rest and desk.loading is None and desk.writing is None
+        busy = desk.times.pending or desk.measuring.counting.busy
+        quiet = desk.loading is None and desk.writing is None and not busy
+        return desk.director.at_rest and quiet
 
     @property
     def _begun(self) -> bool:
@@ -280,7 +287,8 @@ class Application:
         width, height = screen.size
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
-        desk.viewport = Viewport(0, 0, width - round(beside), height)
+        area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
+        desk.viewport = desk.layout.arrange(area, scale, desk.document is not None)
         if width and height:
             pixels, before = screen.pixels, desk.pixels
             right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height
@@ -301,7 +309,7 @@ class Application:
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
-        if outcome.clicked:
+        if outcome.clicked and not desk.measuring.tool:
             point = first_medium(document.scene, desk.viewport.position(*outcome.clicked))
             if point is not None:
                 document.look(navigation.with_pivot(document.view, point))
@@ -321,7 +329,7 @@ class Application:
         if document is not None and self._minimised:
             return False
         before = director.version
-        director.want(Wanted(document.scene, desk.pixels, document.showing) if document else None, desk.now)
+        director.want(Wanted(document.scene, desk.pixels, document.drawn) if document else None, desk.now)
         if director.version != before and self._changed_at is None:
             self._changed_at = desk.now
         new = director.update(desk.now)

@@ -3,17 +3,33 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
 from texvol.scene.scene import COLORINGS, MODES
-from texvol.window import closing, copying, editing, exporting, navigation, opening, saving
+from texvol.scene.transfer import PRESETS
+from texvol.window import (
+    choosing,
+    closing,
+    copying,
+    editing,
+    exporting,
+    layout,
+    list_editing,
+    measure_changes,
+    navigation,
+    opening,
+    playing,
+    saving,
+)
+from texvol.window.color_maps import NAMES
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Home
 from texvol.window.navigation import View
+from texvol.window.opacity_shapes import SHAPES
 
-TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "File")
+TABS = ("Medium", "Scene", "View", "Light", "Cut", "Slices", "Measure", "File")
 
 
 def run(desk: Desk, command: str) -> None:
@@ -46,7 +62,10 @@ def _bring(desk: Desk, tab: str) -> None:
     desk.preferences = replace(desk.preferences, panels=True, tab=tab)
 
 
-_ONE_OF = {"axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS}
+_ONE_OF: dict[str, Collection[str]] = {
+    "axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS,
+    "look": PRESETS, "colours": NAMES, "opacity": tuple(SHAPES), "layout": ("", *layout.MODES),
+}  # fmt: skip
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
     "panels": lambda desk, _: _toggle(desk, "panels"),
@@ -54,10 +73,13 @@ _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "details": lambda desk, _: _toggle(desk, "details"),
     "tab": _bring,
     "slices": lambda desk, _: _bring(desk, "Slices"),
+    "layout": lambda desk, mode: desk.layout.become(mode),
     "fullscreen": lambda desk, _: _toggle(desk, "fullscreen"),
     "turning": _turning,
     "open": lambda desk, path: opening.open_file(desk, path) if path else opening.browse_to_open(desk),
     "add": lambda desk, path: opening.add(desk, path) if path else opening.browse_to_add(desk),
+    "play": lambda desk, _: playing.play(desk),
+    "step": playing.go,
     "close": lambda desk, _: closing.close(desk),
     "answer": lambda desk, words: desk.reply(words),
     "undo": lambda desk, _: desk.step(back=True),
@@ -112,8 +134,13 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "mask": _mask,
     "mode": lambda desk, document, mode: desk.change(**editing.with_mode(document.scene, mode)),
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
+    "look": choosing.look,
+    "colours": choosing.colors,
+    "opacity": choosing.opacity,
     "save": exporting.scene,
     "picture": exporting.picture,
     "copy": lambda desk, document, _: copying.copy(desk),
     "copy-command": _copy_command,
+    **{name: list_editing.command(name) for name in list_editing.COMMANDS},
+    "measure": measure_changes.run,
 }

@@ -23,10 +23,14 @@ from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.mask import Mask
 from texvol.scene.scene import Scene
+from texvol.scene.transfer import foreign
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.window.first_choice import made
 
-KINDS = {".toml": "scene", ".json": "transfer function"} | dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
+KINDS = {".toml": "scene"} | dict.fromkeys((".json", *foreign.ENDINGS), "transfer function")
+KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".label"), "names of labels")
+KINDS |= dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
 
 
 class _Words(argparse.ArgumentParser):
@@ -37,7 +41,7 @@ class _Words(argparse.ArgumentParser):
 
 
 def kind_of(path: str) -> str:
-    """Return the kind of a file by its name: "scene", "transfer function", "mesh" or "volume"."""
+    """Return the kind of a file by its name: "scene", "transfer function", "mesh", "names of labels" or "volume"."""
     return KINDS.get(os.path.splitext(path)[1].lower(), "volume")
 
 
@@ -68,8 +72,12 @@ def _parsed(parser: _Words, further: Iterable[SceneOption], words: str) -> dict[
 
 def read_volume(path: str, scene: Scene, chosen: Mapping[str, Any]) -> AddedVolume:
     """Read a volume to be added to the scene; it gets a hue of its own unless `chosen` sets its look."""
-    choice = AddedChoice(path, chosen)
-    return choice.added_to(scene.volume, choice.load(), len(scene.added))
+
+    def read(further: Mapping[str, Any]) -> AddedVolume:
+        choice = AddedChoice(path, {**chosen, **further})
+        return choice.added_to(scene.volume, choice.load(), len(scene.added))
+
+    return made(read, path, reading_options.arguments_of(reading_options.chosen(chosen)))
 
 
 def read_mask(path: str, volume: Volume, fade: tuple[float, float] | None = None) -> Mask:

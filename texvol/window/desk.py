@@ -16,7 +16,9 @@ from texvol.window.director import Director
 from texvol.window.document import Document
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
+from texvol.window.layout import Layout
 from texvol.window.loading import Loading
+from texvol.window.measuring import Measuring
 from texvol.window.moving import MovingAnnotation
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
@@ -27,6 +29,7 @@ from texvol.window.screen import Textures
 from texvol.window.stand_in import at_rest
 from texvol.window.steering import Steering, Viewport
 from texvol.window.switched import Off
+from texvol.window.times import Times
 
 MESSAGE_SECONDS = 8.0
 PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
@@ -66,6 +69,8 @@ class Desk:
         Rectangle of the picture in the window; `pixels` is its size in pixels.
     waiting : list of Loading
         Files to be read after the current one, in order.
+    layout : Layout
+        Views in the picture area; `viewport` is that of the 3D view.
     questions : list of Question
         Questions that are not yet answered; the last one is shown.
     replaced : Replaced
@@ -102,6 +107,7 @@ class Desk:
     copy: Callable[[str], None]
     preferences: Preferences = field(default_factory=Preferences)
     steering: Steering = field(default_factory=Steering)
+    layout: Layout = field(default_factory=Layout)
     textures: Textures | None = None
     document: Document | None = None
     viewport: Viewport = field(default_factory=lambda: Viewport(0, 0, 1, 1))
@@ -109,10 +115,13 @@ class Desk:
     messages: list[Message] = field(default_factory=list)
     loading: Loading | None = None
     waiting: list[Loading] = field(default_factory=list)
+    times: Times = field(default_factory=Times)
+    search: Any = None  # for what shows, see `texvol.window.reframing`
     questions: list[Question] = field(default_factory=list)
     replaced: Replaced = field(default_factory=Replaced)
     has_replaced: bool = False
     own: OwnFiles = field(default_factory=OwnFiles)
+    measuring: Measuring = field(default_factory=Measuring)
     clerk: Painter | None = None
     writing: float | None = None
     written: str = ""
@@ -334,7 +343,8 @@ class Desk:
         self.orders.clear()
 
     def close(self) -> None:
-        """End the clerk."""
+        """End the clerk, and the reading of time steps."""
+        self.times.close()
         if self.clerk is not None:
             self.clerk.close()
 
@@ -362,7 +372,7 @@ class Desk:
         self.wants_close |= self.closes_when_written and self.writing is None
 
     def _wrote(self, answer: Answer) -> None:
-        for name in ("picture name", "film name"):
+        for name in ("picture name", "film name", "time film name"):
             if self.panel_state.get(name) == answer.text:
                 self.panel_state[name] = ""  # a new name is proposed
         files = written(answer.text, answer.metadata.get("views"))

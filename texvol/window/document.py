@@ -17,17 +17,22 @@ import numpy as np
 
 from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.window.first_choice import opened_with
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
-from texvol.window.navigation import View, on_content
+from texvol.window.navigation import View, has_time, on_content
 from texvol.window.own_files import Mark, marks_of_scene
-from texvol.window.stand_in import stand_in, with_stand_ins
-from texvol.window.switched import Off
+from texvol.window.stand_in import in_memory, stand_in, with_stand_ins
+from texvol.window.stepped import Stepper
+from texvol.window.switched import NOTHING_OFF, Off
 
+_QUICK = 1 << 21  # samples of scenes that are framed at once; of more it takes longer than a frame
 _LONGEST = 200  # steps of the history: scenes share the arrays that they have in common
 
 
@@ -59,13 +64,15 @@ class Saved(NamedTuple):
     scene: Scene
     showing: Showing
     size: tuple[int, int]
+    hidden: tuple[tuple[int, AddedVolume], ...] = ()
 
 
 class State(NamedTuple):
-    """Scene, and what is switched off in it."""
+    """Scene, what is switched off in it, and its measures."""
 
     scene: Scene
     off: Off = Off()
+    measures: tuple[Measure, ...] = ()
 
 
 class History:
@@ -86,6 +93,10 @@ class History:
     def end_stroke(self) -> None:
         """End the stroke: the next change is a new step."""
         self._stroke = None
+
+    def resume(self, stroke: str) -> None:
+        """Go on with a stroke that has ended: the next change of that name belongs to the last step."""
+        self._stroke = stroke if self.past and not self.future else None
 
     def end(self) -> None:
         """Forget undone states: something other than a change of the scene has followed."""
@@ -123,23 +134,27 @@ class Document:
         Scene with the camera of the view; the same object until something changes.
     view : View
     history : History
+    unframed : bool
+        True if the box of the scene has changed, and the home view is still that of the former box.
     """
 
     def __init__(
-        self, scene: Scene, origin: Origin, showing: Showing | None = None, size: tuple[int, int] | None = None
-    ) -> None:
+        self, scene: Scene, origin: Origin, showing: Showing | None = None, size: tuple[int, int] | None = None,
+        off: Off = NOTHING_OFF,
+    ) -> None:  # fmt: skip
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
         self.home: Home | None = None
+        self.unframed = False
         self._size = size
         self.view = View.of(scene.camera)
-        self.history = History(State(scene))
+        self.history = History(State(scene, off, self.measures))
         self.marks: dict[str, Mark | None] = {}  # of the scene's files, as they were read
         self.scene = scene
-        self._opened = scene, self.showing
+        self._opened = scene, self.showing, off.volumes
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
-        for volume in scene.volumes:
+        for volume in (*scene.volumes, *(each.volume for _, each in off.volumes)):
             self.histogram(volume)
 
     def histogram(self, volume: Volume) -> Histogram:
@@ -148,12 +163,24 @@ class Document:
             self._histograms[volume] = histogram_of(volume)
         return self._histograms[volume]
 
+    def adopt(self, new: Volume, old: Volume) -> None:
+        """Give a volume of like values the histogram of another one: its own would take longer than a frame."""
+        if old in self._histograms:
+            self._histograms.setdefault(new, self._histograms[old])
+
+    @property
+    def opened(self) -> Scene:
+        """Scene as it was opened."""
+        return self._opened[0]
+
     @property
     def unsaved(self) -> bool:
         """True if anything but the view has changed since the scene was opened or saved."""
-        scene, showing = self._opened if self.saved is None else (self.saved.scene, self.saved.showing)
+        saved = self.saved
+        scene, showing, hidden = self._opened if saved is None else (saved.scene, saved.showing, saved.hidden)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        return showing != self.showing or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
+        same = showing == self.showing and hidden == self.off.volumes
+        return not same or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
 
     @property
     def name(self) -> str:
@@ -164,6 +191,18 @@ class Document:
     def off(self) -> Off:
         """Parts that are switched off."""
         return self.history.now.off
+
+    @property
+    def measures(self) -> tuple[Measure, ...]:
+        """Measures, a part of the annotation that undo covers."""
+        return self.showing.annotation.measures
+
+    @property
+    def drawn(self) -> Showing:
+        """Presentation that the painting processes draw: the window draws measures over the picture itself."""
+        if not self.measures:
+            return self.showing
+        return replace(self.showing, annotation=replace(self.showing.annotation, measures=()))
 
     @property
     def scenes(self) -> list[Scene]:
@@ -204,21 +243,43 @@ class Document:
         """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
         self._size = size
         if self.home is not None and self.at_home:
-            view = on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1])
-            self.look(view)
-            self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
+            self.take_home(on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1]), size)
 
-    def change(self, stroke: str | None = None, off: Off | None = None, **parts: Any) -> None:
-        """Change parts of the scene, by name, and what is switched off.
+    def take_home(self, view: View, size: tuple[int, int]) -> None:
+        """Look at the scene in a home view that frames it in a picture of `size` pixels."""
+        self.look(view)
+        self.go_home(Home.of(view.camera, self.scene, size, self.showing.annotation))
+
+    def change(
+        self, stroke: str | None = None, off: Off | None = None, measures: tuple[Measure, ...] | None = None,
+        **parts: Any,
+    ) -> None:  # fmt: skip
+        """Change parts of the scene, by name, what is switched off, and the measures.
 
         Raises
         ------
         InputError
             If the parts make no valid scene; the previous scene stays.
         """
-        scene = replace(self.scene, **parts)
-        self.history.change(State(scene, self.off if off is None else off), stroke)
+        scene = replace(self.scene, **parts) if parts else self.scene
+        state = State(
+            scene, self.off if off is None else off, self.history.now.measures if measures is None else measures
+        )
+        self.history.change(state, stroke)
         self._become(scene)
+
+    def at_step(self, found: Mapping[Volume, Volume]) -> None:
+        """Replace volumes by those of another time step, everywhere: no step of the history, and no unsaved change."""
+        history, of = self.history, Stepper(found).scene
+        for states in (history.past, history.future):
+            states[:] = [each._replace(scene=of(each.scene)) for each in states]
+        history.now = history.now._replace(scene=of(history.now.scene))
+        self._opened = (of(self._opened[0]), *self._opened[1:])
+        if self.saved is not None:
+            self.saved = self.saved._replace(scene=of(self.saved.scene))
+        for old, new in found.items():
+            self.adopt(new, old)
+        self.scene = of(self.scene)
 
     def show(self, **parts: Any) -> None:
         """Change parts of the presentation."""
@@ -235,33 +296,49 @@ class Document:
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
         before, self.scene = self.scene, scene
+        if self.history.now.measures != self.measures:
+            self.show(annotation=replace(self.showing.annotation, measures=self.history.now.measures))
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
-            if not np.array_equal(one, other):
+            if np.array_equal(one, other):
+                return
+            if self.at_home and sum(volume.size for volume in scene.volumes) > _QUICK:
+                self.unframed = True
+            else:
                 self.fit(self._size)
 
 
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     """Return the document of options from the command line and the scene file; the volume is read.
 
+    A file of several time steps is opened at the first one, and vectors are shown by their length.
+
     Raises
     ------
     InputError
-        In the cases in which `texvol render` raises it.
+        In all other cases in which `texvol render` raises it.
     """
+    return opened_with(lambda told: _opened(told, size), arguments)
+
+
+def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     marks = marks_of_scene(arguments.scene)  # before the file is read: what changes meanwhile is of others
     options = SceneOptions(arguments)
     if options.has_depth_in:
         raise InputError("--depth-in is of a single view: leave it out of a window")
     options.size = size
-    scene = with_stand_ins(options.scene(stand_in(options.load()), in_8_bits=True))
+    first = stand_in(options.load())
+    scene = with_stand_ins(options.scene(first, in_8_bits=True))
+    off = Off(volumes=tuple((position, in_memory(each)) for position, each in options.hidden(first)))
     check(options.annotation, scene)
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
-    document = Document(scene, origin, showing, size)
+    document = Document(scene, origin, showing, size, off)
     document.marks = marks
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
+        if has_time(scene):
+            document.fit(size)
     return document
 
 

@@ -21,9 +21,11 @@ from texvol.scene.looks import Look
 from texvol.scene.optics import depth_from_opacity, opacity_from_depth
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.window.navigation import triple
 
 Color = tuple[float, float, float]
+_LENGTH = 1 / 20  # of the box's mean edge
 
 
 @dataclass(frozen=True)
@@ -160,6 +162,11 @@ def with_coloring(scene: Scene, coloring: str) -> dict[str, Any]:
     if coloring == "tf" and scene.transfer_function is None:
         parts["transfer_function"] = transfer.proposed_for(scene.volume)
     return parts
+
+
+def plot_length(volume: Volume) -> float:
+    """Return the length, world units, over which proposed transfer functions use the height of a plot."""
+    return _LENGTH * float(np.linalg.norm(volume.box_edges, axis=0).mean())
 
 
 def opacity_of(extinction: NDArray | float, length: float) -> NDArray[np.float64]:

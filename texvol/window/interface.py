@@ -81,7 +81,7 @@ class Interface:
 
 
 def _feed(io: Any, event: Event) -> None:
-    if event.kind in ("key", "button"):
+    if event.kind in ("key", "button", "scroll"):
         for name, key in (("ctrl", imgui.Key.mod_ctrl), ("shift", imgui.Key.mod_shift), ("alt", imgui.Key.mod_alt)):
             io.add_key_event(key, name in event.modifiers)
     if event.kind == "move":

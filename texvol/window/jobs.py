@@ -42,6 +42,7 @@ class Job:
     kind : str
         "move": one picture with `accuracy`. "rest": several pictures with decreasing error, the last within
         `accuracy["max_error"]`. "file": a picture file at `path`. "film": an orbit of `views` pictures at `path`.
+        "steps": a picture for each of `views` time steps at `path`.
     accuracy : mapping
         Arguments of `Renderer.render`.
     name : str
@@ -51,7 +52,7 @@ class Job:
     """
 
     number: int
-    kind: Literal["move", "rest", "file", "film"]
+    kind: Literal["move", "rest", "file", "film", "steps"]
     scene: Scene
     size: Size
     accuracy: Mapping[str, Any] = field(default_factory=dict)

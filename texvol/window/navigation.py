@@ -180,8 +180,15 @@ def reset(view: View, volume: Volume, aspect: float) -> View:
     return View(camera, triple(volume.centre))
 
 
+def has_time(scene: Scene) -> bool:
+    """True if a volume of the scene is a step of a time series."""
+    return any(volume.source.get("time") is not None for volume in scene.volumes)
+
+
 def on_content(view: View, scene: Scene, aspect: float) -> View:
-    """Look at what shows of a scene from the current direction."""
+    """Look at what shows of a scene from the current direction; at the whole box of a series, where things move."""
+    if has_time(scene):
+        return framed(view, scene.box, aspect)
     camera = filled(view.camera, scene.looked, aspect)
     return View(camera, camera.target)
 

@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
 from texvol.geometry import load_mesh
+from texvol.options.files import TransformChoice
 from texvol.options.looks import load_look
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.demo import demo_scene
 from texvol.scene.mask import Mask
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
-from texvol.window import contents
+from texvol.window import contents, label_looks, placing, recent_looks
 from texvol.window.desk import Desk
 from texvol.window.document import Document, Origin, opened_file
 from texvol.window.editing import with_file, with_own
+from texvol.window.naming import how_read
 from texvol.window.questions import Question
 
 
@@ -31,9 +35,12 @@ def open_file(desk: Desk, path: str, options: Mapping[str, Any] | None = None) -
     if kind == "transfer function" and desk.document is not None:
         scene = desk.document.scene
         volume = scene.volume
-        desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume))))
+        if desk.attempt(lambda: desk.change(**with_file(scene, load_look(path, volume)))):
+            recent_looks.add(path)
     elif kind == "mesh":
         add(desk, path)
+    elif kind == "names of labels":
+        label_looks.take_names(desk, label_looks.number_of_labels(desk), path)
     else:
         size = desk.pixels
         desk.load(path, lambda: opened_file(path, size, options))
@@ -73,7 +80,7 @@ def drop(desk: Desk, paths: Sequence[str], *, adds: bool = False) -> None:
     elif volumes:
         open_all(desk, volumes)
     for path in paths:
-        if contents.kind_of(path) in ("mesh", "transfer function"):
+        if contents.kind_of(path) in ("mesh", "transfer function", "names of labels"):
             open_file(desk, path)
 
 
@@ -133,6 +140,14 @@ def add(desk: Desk, path: str, chosen: Mapping[str, Any] | None = None) -> None:
             desk.panel_state["volume"] = len(document.scene.added)  # select the new volume in the panel
 
     desk.fetch(path, make, take)
+
+
+def like(volume: Volume) -> dict[str, Any]:
+    """Return the options of an added volume that is read from the same image and lies where another one lies."""
+    how = {name.replace("_", "-"): value for name, value in how_read(volume.source).items() if name != "labels"}
+    matrix = placing.transform_of(volume)
+    moved = not np.array_equal(matrix, np.eye(4))
+    return how | ({"transform": TransformChoice(tuple(matrix.ravel().tolist()))} if moved else {})
 
 
 def mask(desk: Desk, volume: Volume, path: str, fade: tuple[float, float] | None = None) -> None:

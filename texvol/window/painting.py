@@ -34,6 +34,7 @@ from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
+_OF_ONE_PICTURE = ("rest", "file")  # of other kinds, frames are counted
 _TOLD = 0.05  # seconds between two messages of progress
 _FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
 _OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
@@ -78,7 +79,7 @@ class JobRunner:
         # Pictures at rest are drawn for a maximum error, so that auto is post.
         if job.scene.classification == "auto":
             job = replace(job, scene=job.scene.classified_as("post"))
-        do = {"move": self._move, "rest": self._rest, "file": self._file, "film": self._film}[job.kind]
+        do = {"move": self._move, "rest": self._rest, "file": self._file}.get(job.kind, self._film)
         try:
             if job.kind == "move":  # a small picture, drawn in one piece
                 do(job)
@@ -98,8 +99,7 @@ class JobRunner:
     def _hearing(self, job: Job) -> Callable[[float], None]:
         """Return what hears the progress of a job: it ends a job that is superseded, and tells the window the rest."""
         told = time.perf_counter()
-        # The frames of a film are counted.
-        tells = job.kind != "film"
+        tells = job.kind in _OF_ONE_PICTURE
 
         def hear(done: float) -> None:
             nonlocal told
@@ -112,7 +112,7 @@ class JobRunner:
 
     def _forecast(self, job: Job) -> float:
         """Return about how many seconds a job takes on a usual machine."""
-        if job.kind == "film":
+        if job.kind not in _OF_ONE_PICTURE:
             return 0.0
         has_textures = self._known is not None and self._known == _of_textures(job.scene)
         self._known = _of_textures(job.scene)
@@ -206,8 +206,10 @@ class JobRunner:
 
     def _film(self, job: Job) -> None:
         from texvol.output import sequences
+        from texvol.window import time_frames
 
-        frames = sequences.views(job.scene, job.views, job.name)
+        made = time_frames.frames if job.kind == "steps" else sequences.views
+        frames = made(job.scene, job.views, job.name)
         counted = replace(frames, scenes=self._counted(job, frames))
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}

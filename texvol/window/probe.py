@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, Cutting
+from texvol.scene.label_names import name_of
+from texvol.scene.sampling import sampled
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -24,8 +26,30 @@ _MOST_SAMPLES = 4096  # per ray
 
 
 @dataclass(frozen=True)
+class Sampled:
+    """Value of one volume at a point.
+
+    Attributes
+    ----------
+    number : int
+        Of the volume in the scene.
+    value : float
+        NaN outside the volume, and where the value is missing.
+    label : str
+        Name of the value, if the volume is of labels that have names.
+    index : (x, y, z), optional
+        Nearest sample; None outside.
+    """
+
+    number: int
+    value: float
+    label: str = ""
+    index: tuple[int, int, int] | None = None
+
+
+@dataclass(frozen=True)
 class Found:
-    """World point with the value and extinction there.
+    """World point with the values and the extinction there.
 
     Attributes
     ----------
@@ -35,11 +59,14 @@ class Found:
         Value of the first volume; NaN outside it.
     extinction : float
         Extinction per world unit; NaN if the volume is not classified.
+    all : tuple of Sampled
+        Of all volumes, the first one included.
     """
 
     point: NDArray[np.float64]
     value: float
     extinction: float
+    all: tuple[Sampled, ...] = ()
 
 
 def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None:
@@ -60,12 +87,25 @@ def first_medium(scene: Scene, position: Position) -> NDArray[np.float64] | None
 
 
 def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
-    """Return the value and extinction of the first volume at a world point."""
-    value = float(sampled(scene.volume, point[np.newaxis])[0])
+    """Return the values of all volumes at a world point, and the extinction of the first one."""
+    found = tuple(_sampled(volume, number, point) for number, volume in enumerate(scene.volumes))
+    value = found[0].value
     extinction = float("nan")
     if np.isfinite(value) and scene.transfer_function is not None:
         extinction = float(_extinctions(scene.transfer_function, np.array([value]))[0])
-    return Found(point, value, extinction)
+    return Found(point, value, extinction, found)
+
+
+def _sampled(volume: Volume, number: int, point: NDArray[np.float64]) -> Sampled:
+    """Return what one volume has at a world point."""
+    value = float(sampled(volume, point[np.newaxis])[0])
+    index = volume.index_from_world @ (point - volume.origin)
+    last = np.array(volume.dimensions) - 1
+    if not ((index >= -0.5) & (index <= last + 0.5)).all():
+        return Sampled(number, value)
+    x, y, z = (int(each) for each in np.rint(np.clip(index, 0, last)))
+    name = name_of(volume, value) if volume.labels else ""
+    return Sampled(number, value, name, (x, y, z))
 
 
 def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -75,28 +115,6 @@ def ray(camera: Camera, position: Position) -> tuple[NDArray[np.float64], NDArra
         return np.array(camera.eye) + across, np.array(camera.forward)
     direction = camera.forward + across
     return np.array(camera.eye), direction / np.linalg.norm(direction)
-
-
-def sampled(volume: Volume, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the values at world points, shape (n): trilinear, or nearest for labels; NaN outside the box."""
-    counts = np.array(volume.dimensions)
-    index = (points - volume.origin) @ volume.index_from_world.T
-    inside = ((index >= -0.5) & (index <= counts - 0.5)).all(axis=1)
-    index = np.clip(index, 0, counts - 1)
-    if volume.nearest:
-        x, y, z = np.rint(index).astype(int).T
-        return np.where(inside, volume.values[z, y, x].astype(np.float64), np.nan)
-    low = np.minimum(index.astype(int), np.maximum(counts - 2, 0))
-    fraction = index - low
-    high = np.minimum(low + 1, counts - 1)
-    result = np.zeros(len(points))
-    for corner in range(8):
-        bits = [(corner >> axis) & 1 for axis in range(3)]
-        x, y, z = (np.where(bit, high[:, axis], low[:, axis]) for axis, bit in enumerate(bits))
-        weight = np.prod([fraction[:, axis] if bit else 1 - fraction[:, axis] for axis, bit in enumerate(bits)], axis=0)
-        with np.errstate(invalid="ignore"):
-            result += np.where(weight > 0, weight * volume.values[z, y, x].astype(np.float64), 0.0)
-    return np.where(inside, result, np.nan)
 
 
 def _half_opacity(scene: Scene, points: NDArray[np.float64], step: float) -> int | None:

@@ -22,7 +22,7 @@ from texvol.window.scene_writing import volume_table
 
 _MOST = 10
 _MOST_BYTES = 1 << 20
-_TOLD = READING | {name: SCENE_OPTIONS[name] for name in ("spacing", "transform", "mask", "add")}
+_TOLD = READING | {name: SCENE_OPTIONS[name] for name in ("spacing", "transform", "space", "mask", "add")}
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any
 
 from texvol.util import writing
 from texvol.util.errors import InputError
+from texvol.window import volume_list
 from texvol.window.document import Document, Saved
 from texvol.window.own_files import unused
 from texvol.window.scene_writing import scene_files, transfer_function_path
@@ -28,7 +29,8 @@ def default_name(document: Document, suffix: str) -> str:
 
 def files_of(path: str, document: Document) -> list[str]:
     """Return the files that a scene file consists of: itself, and its transfer functions."""
-    return [path, *(str(transfer_function_path(Path(path), number)) for number in range(len(document.scene.volumes)))]
+    count = len(volume_list.entries(document.scene, document.off))
+    return [path, *(str(transfer_function_path(Path(path), number)) for number in range(count))]
 
 
 def scene_name(document: Document) -> str:
@@ -52,15 +54,16 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
         If a file can't be written, or a scene file can't describe the scene.
     """
     check_writable(path)
-    files = scene_files(path, document.scene, size, document.showing)
+    files = scene_files(path, document.scene, size, document.showing, document.off)
     writing.write_files({str(name): content for name, content in files.items()})
-    document.saved = Saved(path, document.scene, document.showing, size)
+    document.saved = Saved(path, document.scene, document.showing, size, document.off.volumes)
 
 
 def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[str, Any]) -> list[str]:
     """Return the words of the command that draws the picture; an unsaved scene is saved first."""
     saved = document.saved
-    as_is = saved is not None and saved.scene is document.scene and saved[2:] == (document.showing, size)
+    as_is = saved is not None and saved.scene is document.scene and saved[2:4] == (document.showing, size)
+    as_is = as_is and saved is not None and saved.hidden == document.off.volumes
     if saved is not None and as_is and os.path.exists(saved.path):
         path = saved.path
     else:

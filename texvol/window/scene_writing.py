@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,24 +19,34 @@ from texvol.annotation import Annotation
 from texvol.annotation.request import PARTS
 from texvol.options.light import AMBIENT
 from texvol.scene import spaces
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
+from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.util.locations import is_remote
+from texvol.window import volume_list
 from texvol.window.editing import owner_of
 from texvol.window.jobs import Showing
+from texvol.window.switched import NOTHING_OFF, Off
+from texvol.window.volume_list import Entry
 
 _NOT_READING_OPTIONS = ("path", "absolute", "transform", "built_in", "fade")
 
 
 def scene_files(
-    path: str | os.PathLike[str], scene: Scene, size: tuple[int, int], showing: Showing
+    path: str | os.PathLike[str], scene: Scene, size: tuple[int, int], showing: Showing, off: Off = NOTHING_OFF
 ) -> dict[Path, bytes]:
     """Return the contents of the scene file and of the transfer function files, by path.
+
+    Parameters
+    ----------
+    off : Off
+        What is switched off: hidden volumes are written, too.
 
     Raises
     ------
@@ -45,7 +55,8 @@ def scene_files(
     """
     path = Path(path)
     files: dict[Path, bytes] = {}
-    first, *added = (_volume(scene, number, path, files) for number in range(len(scene.volumes)))
+    found = volume_list.entries(scene, off)
+    first, *added = (_volume(found, number, path, files) for number in range(len(found)))
     content: dict[str, Any] = {"volume": first.pop("file")} | first
     content |= {
         "size": f"{size[0]}x{size[1]}",
@@ -73,18 +84,26 @@ def volume_table(scene: Scene, number: int, folder: Path | None = None) -> dict[
     InputError
         If the volume or its mask was not read from a file.
     """
-    owner = owner_of(scene, number)
+    return _table(owner_of(scene, number), number, scene.volume, folder)
+
+
+def _table(owner: Scene | AddedVolume, number: int, first: Volume, folder: Path | None) -> dict[str, Any]:
+    """Return what `volume_table` does, of volume `number` in the world of the first one."""
     volume, mask, source = owner.volume, owner.mask, owner.volume.source
     found: dict[str, Any] = {"file": _file(source, folder, "further volume" if number else "volume")}
     for key, value in source.items():
         if key not in _NOT_READING_OPTIONS and value is not None:
             found[key] = list(value) if isinstance(value, tuple | list) else value
+    if folder is not None and os.path.isabs(found.get("label_names", "")):
+        found["label_names"] = os.path.relpath(found["label_names"], folder)
     own = source.get("transform")
     # The rotation into the first volume's world is repeated whenever the scene is read.
-    turn = spaces.turn(volume.own_space, volume.space)
-    if own is not None and turn is not None:
-        own = np.asarray(own) @ turn.T  # its inverse
+    turn = spaces.turn(volume.own_space, first.space)
+    if turn is not None:
+        own = (np.eye(4) if own is None else np.asarray(own)) @ turn.T  # its inverse
         own = None if np.array_equal(own, np.eye(4)) else own
+    if turn is not None and number == 0:
+        found["space"] = first.space
     if own is not None:
         found["transform"] = np.asarray(own, np.float64).tolist()
     if mask is not None:
@@ -102,10 +121,12 @@ def _file(source: Mapping[str, Any], folder: Path | None, what: str) -> str:
     return os.path.relpath(source["absolute"], folder)
 
 
-def _volume(scene: Scene, number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
+def _volume(found: Sequence[Entry], number: int, path: Path, files: dict[Path, bytes]) -> dict[str, Any]:
     """Return the table of a volume in the scene file at `path`, and add its transfer function's file to `files`."""
-    table = volume_table(scene, number, path.parent)
-    medium = owner_of(scene, number).transfer_function
+    table = _table(found[number].owner, number, found[0].owner.volume, path.parent)
+    medium = found[number].owner.transfer_function
+    if not found[number].shown:
+        table["hidden"] = True
     if medium is not None:
         beside = transfer_function_path(path, number)
         files[beside] = (json.dumps(medium.as_json(), indent=1) + "\n").encode()
@@ -178,7 +199,9 @@ def _mode(scene: Scene, showing: Showing) -> dict[str, Any]:
 def _annotation(annotation: Annotation) -> dict[str, Any]:
     parts = [part for part in PARTS if getattr(annotation, part.replace("-", "_"))]
     texts = {"title": annotation.title, "value-name": annotation.value_name, "font": annotation.font}
-    return {"annotate": ",".join(parts) or None} | {key: str(text) if text else None for key, text in texts.items()}
+    found: dict[str, Any] = {key: str(text) if text else None for key, text in texts.items()}
+    measures = [each.as_table() for each in annotation.measures]
+    return {"annotate": ",".join(parts) or None} | found | {"measure": measures or None}
 
 
 def _toml(value: Any) -> str:

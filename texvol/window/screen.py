@@ -203,9 +203,14 @@ class Screen:
             self._glfw.terminate()
 
     def _held(self) -> tuple[str, ...]:
-        """Return "ctrl" if a Ctrl key is down; GLFW reports no modifiers with a drop."""
-        glfw, ctrl = self._glfw, (self._glfw.KEY_LEFT_CONTROL, self._glfw.KEY_RIGHT_CONTROL)
-        return ("ctrl",) if any(glfw.get_key(self._window, key) == glfw.PRESS for key in ctrl) else ()
+        """Return the modifier keys that are down; GLFW reports none with a drop or a turn of the wheel."""
+        glfw, names = self._glfw, {"shift": "SHIFT", "ctrl": "CONTROL", "alt": "ALT"}
+        return tuple(
+            name
+            for name, key in names.items()
+            for side in ("LEFT", "RIGHT")
+            if glfw.get_key(self._window, getattr(glfw, f"KEY_{side}_{key}")) == glfw.PRESS
+        )
 
     def _listen(self) -> None:
         glfw, window, put = self._glfw, self._window, self._put
@@ -226,7 +231,7 @@ class Screen:
 
         glfw.set_cursor_pos_callback(window, lambda _, x, y: put(Event("move", x, y)))
         glfw.set_mouse_button_callback(window, button)
-        glfw.set_scroll_callback(window, lambda _, x, y: put(Event("scroll", x, y)))
+        glfw.set_scroll_callback(window, lambda _, x, y: put(Event("scroll", x, y, modifiers=self._held())))
         glfw.set_key_callback(window, key)
         glfw.set_char_callback(window, lambda _, code: put(Event("text", name=chr(code))))
         glfw.set_drop_callback(window, lambda _, paths: put(Event("drop", names=tuple(paths), modifiers=self._held())))
@@ -243,25 +248,29 @@ class Textures:
         self.gl = gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
 
-    def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> int:
+    def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> int:
         """Return the OpenGL name of a texture, see `texture`."""
-        return int(self.texture(name, key, make).glo)
+        return int(self.texture(name, key, make, nearest=nearest).glo)
 
-    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]]) -> Any:
+    def texture(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> Any:
         """Return a texture; `make` returns its pixels if `key` differs from the last call.
 
-        Pixels have shape (height, width, 3) or (height, width, 4), top row first; pixels of another size get another
-        texture.
+        Pixels have shape (height, width, 3 or 4), or (height, width) for grey, top row first; pixels of another shape
+        get another texture. They are interpolated unless `nearest` is True.
         """
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
             pixels = make()
-            height, width, count = pixels.shape
-            if texture is None or (*texture.size, texture.components) != (width, height, count):
+            height, width, *further = pixels.shape
+            components = further[0] if further else 1
+            if texture is None or (texture.size, texture.components) != ((width, height), components):
                 if texture is not None:
                     texture.release()
-                texture = self.gl.texture((width, height), count, alignment=1)
+                texture = self.gl.texture((width, height), components, alignment=1)
                 texture.repeat_x = texture.repeat_y = False
+                texture.swizzle = "RRR1" if components == 1 else texture.swizzle
+            how = self.gl.NEAREST if nearest else self.gl.LINEAR
+            texture.filter = how, how
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
         return texture

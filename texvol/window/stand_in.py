@@ -18,6 +18,8 @@ from texvol.scene.volume import Volume
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from texvol.scene.added_volume import AddedVolume
+
 _MOST = 1 << 24  # samples: 256³
 _OF_MEMORY = 1 / 8  # that a stand-in takes at most: the window and its painters have one each
 _PAINTERS = 2
@@ -58,6 +60,12 @@ def stand_in(volume: Volume) -> Volume:
     assert isinstance(made, StandIn)
     made.large, made.level = volume, number
     return made
+
+
+def in_memory(added: AddedVolume) -> AddedVolume:
+    """Return an added volume with what the window shows of it."""
+    volume = stand_in(added.volume)
+    return added if volume is added.volume else replace(added, volume=volume)
 
 
 def with_stand_ins(scene: Scene) -> Scene:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.cutting import ClipPlane, Range
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
@@ -22,11 +23,17 @@ class Off:
     ----------
     planes : tuple of (int, ClipPlane)
         Clip planes, with their positions in the list of all planes; ascending.
+    volumes : tuple of (int, AddedVolume)
+        Hidden volumes, with their positions in the list of all volumes; ascending. See `texvol.window.volume_list`.
     """
 
     lighting: Lighting | None = None
     crop: tuple[Range, Range, Range] | None = None
     planes: tuple[tuple[int, ClipPlane], ...] = ()
+    volumes: tuple[tuple[int, AddedVolume], ...] = ()
+
+
+NOTHING_OFF = Off()
 
 
 def light_switched(scene: Scene, off: Off) -> dict[str, Any]:

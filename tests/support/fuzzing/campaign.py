@@ -45,6 +45,10 @@ _SLOW = (
     "exodus",
     "med",
     "scene",
+    "minc",
+    "fits",
+    "segy",
+    "lif",
 )  # kinds of which there is a sixth as many inputs: reading them forks
 
 

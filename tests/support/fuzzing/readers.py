@@ -20,11 +20,12 @@ from texvol.comparison.judged import judged
 from texvol.comparison.limits import named_limits
 from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture, read_picture
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.formats.readers import TimeSeries, load
+from texvol.formats.readers.segments import segments_of
 from texvol.geometry.reading import load_mesh
 from texvol.options import scene_options as options
 from texvol.options.files import transform
-from texvol.provenance.scene_metadata import ATTRIBUTE
 from texvol.provenance.stored_scene import stored_scene_of
 from texvol.pytest_plugin.references import fingerprint_of
 from texvol.pytest_plugin.repeats import repeats_of
@@ -115,6 +116,10 @@ def _transfer(path: str) -> int:
     return len(text)
 
 
+def _segments(path: str) -> int:
+    return len(segments_of(path)) * 1000
+
+
 def _scene(path: str) -> int:
     chosen = options.SceneOptions.of(None, path)
     scene = chosen.scene(chosen.load())
@@ -167,6 +172,7 @@ _READERS: dict[str, Callable[..., int]] = {
     "font": _font,
     "mesh": _mesh,
     "transfer": _transfer,
+    "segments": _segments,
     "scene": _scene,
     "header": _header,
     "limits": _limits,

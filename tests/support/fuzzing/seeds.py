@@ -43,13 +43,14 @@ def seeds() -> list[Seed]:
     from support.fuzzing import seeds_dicom as fuzz_seeds_dicom
     from support.fuzzing import seeds_grids as fuzz_seeds_grids
     from support.fuzzing import seeds_meshes as fuzz_seeds_meshes
+    from support.fuzzing import seeds_sciences as fuzz_seeds_sciences
     from support.fuzzing import seeds_stores as fuzz_seeds_stores
     from support.fuzzing import seeds_texts as fuzz_seeds_texts
     from support.fuzzing import seeds_zarr as fuzz_seeds_zarr
 
     makers = (_nrrd, _nifti, _metaimage, _tiff, _mrc, _plain, _masks)
     makers += (fuzz_seeds_dicom.seeds, fuzz_seeds_grids.seeds, fuzz_seeds_meshes.seeds)
-    makers += (fuzz_seeds_texts.seeds, fuzz_seeds_stores.seeds, fuzz_seeds_zarr.seeds)
+    makers += (fuzz_seeds_texts.seeds, fuzz_seeds_stores.seeds, fuzz_seeds_zarr.seeds, fuzz_seeds_sciences.seeds)
     found = (seed for make in makers for seed in make())
     return [replace(seed, files={name: _undated(each) for name, each in seed.files.items()}) for seed in found]
 

@@ -11,8 +11,8 @@ import numpy as np
 
 from support.fuzzing.seeds import VALUES, Seed, written
 from texvol.formats.pictures import image
+from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.geometry import Mesh
-from texvol.provenance.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane

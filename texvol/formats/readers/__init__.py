@@ -40,15 +40,18 @@ def load(
     fix_pyramid: bool = False,
     missing_chunks: bool = False,
     memory: int | None = None,
+    label_names: str | os.PathLike[str] | None = None,
+    resample: bool = False,
 ) -> Volume:
     """Return the volume of a file, a folder of slices, or a store of chunks.
 
     Parameters
     ----------
     path : str or path
-        NRRD, NIfTI, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), MRC, VTI, VTR, VTS, netCDF,
-        NPY, or raw samples; OME-Zarr and Zarr, also as http://, https:// or s3:// URL, HDF5 and Imaris, which become a
-        `LargeVolume`; an unstructured grid as VTU, Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
+        NRRD, NIfTI, Analyze, AFNI, MINC, GIPL, MetaImage, DICOM (file or folder), TIFF (file or folder of slices), CZI,
+        ND2, LIF, MRC, VTI, VTR, VTS, netCDF, FITS, SEG-Y, OpenVDB, NPY, or raw samples; OME-Zarr and Zarr, also as
+        http://, https:// or s3:// URL, HDF5 and Imaris, which become a `LargeVolume`; an unstructured grid as VTU,
+        Exodus, legacy VTK, Gmsh, XDMF or MED, which is resampled.
     shape : (nx, ny, nz)
         Dimensions of a raw file; of no other, since the others say.
     dtype : str
@@ -64,7 +67,8 @@ def load(
         Which time step, from 0.
     variable : str
         Which variable of a netCDF file, or array of a VTK one; else the first that is a volume, or VTK's scalars. Which
-        dataset of HDF5, or array of a Zarr group without images.
+        dataset of HDF5, array of a Zarr group without images, image of FITS, or grid of OpenVDB. `path` may end with
+        `::NAME` in its place.
     resolution : (nx, ny, nz)
         Samples of the regular grid that a rectilinear, curvilinear or unstructured one becomes; else as many as its
         finest spacing needs, up to 4 times its own along an axis and up to 512, or its own if these are more.
@@ -79,7 +83,8 @@ def load(
         Samples of these values are missing, beside those that the file itself marks: they become NaN, and integers
         float32, or float64 where that has not the digits. Of an array, masked ones are (`numpy.ma.masked_equal`).
     image : str or int
-        Which image of a Zarr store: its name, number or path, such as "labels/nuclei".
+        Which image of a Zarr store: its name, number or path, such as "labels/nuclei"; which scene, position or image
+        of CZI, ND2 and LIF.
     level : int or "auto"
         Level of a store's pyramid that is the finest to be read, from 0; all of them by default.
     fix_pyramid : bool
@@ -88,6 +93,13 @@ def load(
         Whether chunks of a store that cannot be read count as missing, instead of being an error.
     memory : int
         Bytes of a store's samples that may be held in memory; half of what is free by default.
+    label_names : str or path
+        Table with names and colours of labels, see `texvol.formats.label_tables`; "none" for none. By default that
+        beside the file, of the same name or the only one in its folder, if it fits the labels.
+    resample : bool
+        Whether slices of DICOM that are unevenly apart, beside a line, or of a tilted gantry are resampled onto a grid
+        at right angles, with the distance of the nearest slices unless `resolution` says; else these are an error, and
+        a tilt is kept as a shear.
 
     Returns
     -------
@@ -104,7 +116,8 @@ def load(
     name = os.fspath(path)
     told = Choice(
         shape, dtype, series, channel, time, variable, resolution, spacing, labels, blocks, color, missing,
-        image, level, fix_pyramid, missing_chunks, memory,
+        image, level, fix_pyramid, missing_chunks, memory, None if label_names is None else os.fspath(label_names),
+        resample,
     )  # fmt: skip
     choice = checked(name, told)
     return volume_of(name, read(name, choice), choice)

@@ -18,6 +18,15 @@ FORMATS = {
     "MetaImage": (".mha", ".mhd"),
     "DICOM": (".dcm", ".dicom", ".ima"),
     "TIFF": (".tif", ".tiff"),
+    "GIPL": (".gipl", ".gipl.gz"),
+    "AFNI": (".head", ".brik", ".brik.gz", ".brik.bz2"),
+    "MINC": (".mnc",),
+    "CZI": (".czi",),
+    "ND2": (".nd2",),
+    "LIF": (".lif",),
+    "SEG-Y": (".sgy", ".segy"),
+    "FITS": (".fits", ".fit", ".fts", ".fits.gz", ".fits.fz"),
+    "OpenVDB": (".vdb",),
     "MRC": tuple(f".{ending}{packed}" for ending in ("mrc", "map", "rec", "ccp4", "mrcs", "ali") for packed in _PACKED),
     "VTI": (".vti",),
     "VTR": (".vtr",),
@@ -36,7 +45,9 @@ FORMATS = {
     "raw": tuple(f".{ending}{packed}" for ending in ("raw", "bin", "dat") for packed in _PACKED),
 }
 READ = ", ".join(FORMATS)
-_READERS = dict.fromkeys(("VTK", "Gmsh", "XDMF", "MED"), "meshes")  # modules that are not named like the format
+# Modules that are not named like the format.
+_READERS = dict.fromkeys(("VTK", "Gmsh", "XDMF", "MED"), "meshes") | {"SEG-Y": "segy"}
+_EXTRAS = dict.fromkeys(("CZI", "ND2", "LIF"), "microscopy") | {"SEG-Y": "seismic", "FITS": "astronomy"}
 STORES = ("Zarr", "HDF5", "Imaris")  # whose samples stay where they are until they are asked for
 
 TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample To Image, and save that as VTI"
@@ -56,7 +67,6 @@ _REFUSED = (
     ("PVTS (a VTK grid in parts)", (".pvts",), _SAVE),
     ("VTP (VTK polygons)", (".vtp",), _OTHERS),
     ("NPZ", (".npz",), _OTHERS),
-    ("MINC", (".mnc",), _OTHERS),
     ("PNG", (".png",), _OTHERS),
     ("JPEG", (".jpg", ".jpeg"), _OTHERS),
     ("OpenEXR", (".exr",), _OTHERS),
@@ -66,12 +76,13 @@ _REFUSED = (
 _READ_XML = {"ImageData": "VTI", "RectilinearGrid": "VTR", "StructuredGrid": "VTS"}
 _READ_XML |= {"UnstructuredGrid": "VTU", "PUnstructuredGrid": "VTU"}
 _UNREAD_XML = {"PolyData": "VTP (VTK polygons)"}
-_HDF5 = "HDF5"
+_HDF5, _ANALYZE = "HDF5", "Analyze"
 _UNKNOWN = "of no known kind"
 
 # Formats with several variables, and those whose grid may need resampling.
 UNSTRUCTURED = ("VTU", "Exodus", "VTK", "Gmsh", "XDMF", "MED")
-_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS", "Zarr", "HDF5", *UNSTRUCTURED)
+_WITH_VARIABLES = ("netCDF", "VTI", "VTR", "VTS", "Zarr", "HDF5", "FITS", "OpenVDB", *UNSTRUCTURED)
+_WITH_IMAGES = ("Zarr", "CZI", "ND2", "LIF")
 RESAMPLED = ("netCDF", "VTR", "VTS", *UNSTRUCTURED)
 _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
@@ -88,6 +99,10 @@ _MAGIC = (
     (344, b"ni1\0", "NIfTI"),
     (4, b"n+2\0\r\n\x1a\n", "NIfTI"),
     (4, b"ni2\0\r\n\x1a\n", "NIfTI"),
+    (0, b"\x5c\x01\0\0", _ANALYZE),
+    (0, b"\0\0\x01\x5c", _ANALYZE),
+    (252, b"\x2a\xe3\x89\xb8", "GIPL"),
+    (252, b"\xef\xff\xe9\xb0", "GIPL"),
     (208, b"MAP ", "MRC"),
     (208, b"MAP\0", "MRC"),
     (0, b"\x1f\x8b", "gzip"),
@@ -101,17 +116,44 @@ _MAGIC = (
     (0, b"\xff\xd8\xff", "JPEG"),
     (0, b"\x76\x2f\x31\x01", "OpenEXR"),
     (0, b"%PDF", "PDF"),
+    (0, b"ZISRAWFILE", "CZI"),
+    (0, b"\xda\xce\xbe\x0a", "ND2"),
+    (0, b"SIMPLE  =", "FITS"),
+    (0, b" BDV\0\0\0\0", "OpenVDB"),
     (0, b"# vtk DataFile", "VTK"),
     (0, b"$MeshFormat", "Gmsh"),
 )
 # Formats whose files are of another kind at their beginning.
 _CONTAINERS = {"netCDF": (_HDF5,), "Exodus": (_HDF5, "netCDF"), "MED": (_HDF5,), "Imaris": (_HDF5,)}
+_CONTAINERS |= {"MINC": (_HDF5, "netCDF"), "NIfTI": (_ANALYZE,)}
+
+
+def located(path: str, choice: Choice) -> tuple[str, Choice]:
+    """Return the file and the choice of FILE::NAME, which is FILE with --variable NAME."""
+    if "::" not in path or is_remote(path) or os.path.exists(path):
+        return path, choice
+    head, _, name = path.partition("::")
+    while name and not os.path.isfile(head):  # a name of a file may have colons, too
+        more, separator, name = name.partition("::")
+        head = f"{head}::{more}"
+        if not separator:
+            return path, choice
+    if not name:
+        return path, choice
+    if choice.variable not in (None, name):
+        raise FileFault(f"names the variable {name}, and --variable another, {choice.variable}: give one of them")
+    return head, choice._replace(variable=name)
 
 
 def reader_of(kind: str) -> str:
     """Return the name of the module that reads a format, a key of FORMATS."""
     package = "texvol.formats.stores" if kind in STORES else "texvol.formats.readers"
     return f"{package}.{_READERS.get(kind, kind.lower())}"
+
+
+def extra_of(kind: str) -> str:
+    """Return the extra that has the library of a format."""
+    return "zarr" if kind in STORES else _EXTRAS.get(kind, "formats")
 
 
 def format_of(path: str, choice: Choice) -> str:
@@ -149,17 +191,20 @@ def _check_choice(found: str, choice: Choice) -> None:
         raise FileFault(f"is {found}: --series is for the DICOM series of a folder")
     if found not in _WITH_VARIABLES and choice.variable is not None:
         raise FileFault(f"is {found}: --variable is for the variables of {', '.join(_WITH_VARIABLES)}")
-    if found not in RESAMPLED and choice.resolution is not None:
+    if found != "DICOM" and choice.resample:
+        raise FileFault(f"is {found}: --resample is for slices of DICOM")
+    if found not in RESAMPLED and choice.resolution is not None and not choice.resample:
         names = ", ".join(RESAMPLED)
         raise FileFault(f"is {found}, whose samples are on a regular grid: --resolution is for the grids of {names}")
     if found not in _WITH_COLORS and choice.color:
         raise FileFault(f"is {found}: --color is for the components of {', '.join(_WITH_COLORS)}")
-    told = {"--image": choice.image is not None and found != "Zarr", "--level": choice.level is not None}
+    if choice.image is not None and found not in _WITH_IMAGES:
+        raise FileFault(f"is {found}: --image is for the images of {', '.join(_WITH_IMAGES)}")
+    told = {"--level": choice.level is not None}
     told |= {"--fix-pyramid": choice.fix_pyramid, "--missing-chunks": choice.missing_chunks}
     for option, is_told in told.items():
-        if is_told and (found not in STORES or option == "--image"):
-            kinds = "Zarr" if option == "--image" else ", ".join(STORES)
-            raise FileFault(f"is {found}: {option} is for stores of chunks ({kinds})")
+        if is_told and found not in STORES:
+            raise FileFault(f"is {found}: {option} is for stores of chunks ({', '.join(STORES)})")
     if found in STORES and choice.channel == MAGNITUDE:
         raise FileFault(f"is {found}, whose channels are no components of vectors: --channel N reads one of them")
 
@@ -198,7 +243,8 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
     unmarked = (
         content in _CONTAINERS.get(named, ())
         or lower.endswith((".img", ".img.gz"))
-        or (named in ("DICOM", "MRC") and content == _UNKNOWN)
+        or (named in ("DICOM", "MRC", "LIF") and content == _UNKNOWN)
+        or named in ("AFNI", "SEG-Y")  # text, and samples without a mark
     )
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"

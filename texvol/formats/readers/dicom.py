@@ -17,8 +17,11 @@ from numpy.typing import NDArray
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.detection import FORMATS, has_preamble
 from texvol.formats.readers.dicom_pixels import pixels_of
+from texvol.formats.readers.dicom_resampling import on_even_slices
+from texvol.formats.readers.dicom_segments import is_segmentation
+from texvol.formats.readers.dicom_segments import read as read_segmentation
 from texvol.formats.readers.dicom_slices import Slice, slices_of
-from texvol.formats.readers.missing import noted, without_where
+from texvol.formats.readers.missing import noted, without_chosen, without_where
 from texvol.formats.readers.samples import (
     Choice,
     FileFault,
@@ -37,6 +40,7 @@ from texvol.formats.readers.samples import (
 # Positions are often rounded to 0.01 mm, which moves a gap of 0.4 mm by up to 5 %; a missing slice doubles it.
 _GAP_TOLERANCE = 0.05
 _SAME_POSITION = 0.01  # of the usual gap: slices closer than this are at one position
+_RESAMPLE = "--resample makes an even grid of them, with a known error"
 _SAME_ANGLE = 1e-3  # largest difference of direction cosines within a series, due to their rounding
 
 # Photometric interpretations that are red, green and blue, at least after decoding.
@@ -55,11 +59,14 @@ class _Series(NamedTuple):
 
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of one series, with slope and intercept applied."""
-    slices = once(choice, "slices", lambda: _slices(path, choice))
+    headers = once(choice, "headers", lambda: _chosen(_series_of(path), choice.series).headers)
+    if len(headers) == 1 and is_segmentation(headers[0][1]):
+        return read_segmentation(*headers[0], choice)
+    slices = once(choice, "slices", lambda: [one for file, header in headers for one in slices_of(file, header)])
     _check_alike(slices)
     ordered = _in_order(slices, choice)
     first = ordered[0]
-    grid = _grid(ordered)
+    grid = {} if choice.resample else _grid(ordered)
     sizes, axes, said = [len(ordered), first.rows, first.columns], "ZYX", ""
     if first.samples_per_pixel != 1:
         sizes, axes = [*sizes, first.samples_per_pixel], "ZYXC"
@@ -68,14 +75,20 @@ def read(path: str, choice: Choice) -> Samples:
     # With --time, the step selects among slices at one position; it is not an axis.
     index = pick(axes, sizes, choice._replace(time=None))
     if is_colored(axes):
+        if choice.resample:
+            raise FileFault("--resample is for numbers, got colours: --channel N reads one component as numbers")
         return Samples(**colored(_stored(ordered), axes, index, said, bits=first.bits), **grid)
     values, notes = _values(ordered, index[3:], choice)
-    return Samples(values, **grid, notes=notes)
+    if not choice.resample:
+        return Samples(values, **grid, notes=notes)
+    values, further = without_chosen(values, choice) if choice.missing else (values, ())
+    samples = on_even_slices(values, ordered, choice)
+    return samples._replace(**_world(first), notes=(*notes, *further, *samples.notes))
 
 
-def _slices(path: str, choice: Choice) -> list[Slice]:
-    series = _chosen(_series_of(path), choice.series)
-    return [one for file, header in series.headers for one in slices_of(file, header)]
+def header_of(file: str) -> Any | None:
+    """Return a DICOM file's header without pixels; None if it is not DICOM or has no image."""
+    return _header(file)
 
 
 def _series_of(path: str) -> list[_Series]:
@@ -174,12 +187,14 @@ def _in_order(slices: Sequence[Slice], choice: Choice) -> list[Slice]:
         else:
             positions[-1].append(one)
     one_each = _one_at_each(positions, choice)
+    if choice.resample:
+        return one_each
     for before, after in pairwise(one_each):
         gap = along[after] - along[before]
         if abs(gap - usual) > _GAP_TOLERANCE * usual:
             raise FileFault(
                 f"its slices are unevenly apart, as if some were missing: {gap:g} mm between {before.name} and "
-                f"{after.name}, where {usual:g} mm is usual"
+                f"{after.name}, where {usual:g} mm is usual; {_RESAMPLE}"
             )
     _check_on_a_line(one_each)
     return one_each
@@ -213,7 +228,7 @@ def _check_on_a_line(ordered: Sequence[Slice]) -> None:
         expected = first + (last - first) * number / steps
         beside = np.linalg.norm(np.array(one.axes) @ (np.array(one.position) - expected))
         if beside > 0.5 * min(one.spacing):
-            raise FileFault(f"its slices are not on a line: {one.name} is {beside:g} mm beside it")
+            raise FileFault(f"its slices are not on a line: {one.name} is {beside:g} mm beside it; {_RESAMPLE}")
 
 
 def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
@@ -227,10 +242,12 @@ def _grid(ordered: Sequence[Slice]) -> dict[str, Any]:
         "spacing": (*first.spacing, lengths[2]),
         "origin": first.position,
         "direction": direction,
-        "unit": "mm",
-        "space": "left-posterior-superior",
-        "value_unit": first.value_unit,
+        **_world(first),
     }
+
+
+def _world(first: Slice) -> dict[str, Any]:
+    return {"unit": "mm", "space": "left-posterior-superior", "value_unit": first.value_unit}
 
 
 def _values(

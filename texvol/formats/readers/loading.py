@@ -9,7 +9,8 @@ from functools import partial
 from importlib import import_module
 from typing import Any
 
-from texvol.formats.readers.detection import RESAMPLED, STORES, UNSTRUCTURED, format_of, reader_of
+from texvol.formats import label_tables
+from texvol.formats.readers.detection import RESAMPLED, UNSTRUCTURED, extra_of, format_of, located, reader_of
 from texvol.formats.readers.magnitude import MAGNITUDE, magnitudes
 from texvol.formats.readers.missing import marks_of, without_chosen
 from texvol.formats.readers.samples import COUNTED, AxisLength, Choice, FileFault, Samples, TimeSteps
@@ -29,6 +30,8 @@ _WITHOUT_LIBRARY = ("NPY", "raw")  # need no library that could print
 
 def checked(name: str, choice: Choice) -> Choice:
     """Return the arguments for the file `name` as readers take them; raise InputError if they contradict each other."""
+    if choice.label_names not in (None, label_tables.NONE):
+        choice = choice._replace(labels=True)  # who names labels has some
     with named_faults(name, "a volume", "formats"):
         missing = marks_of(choice.missing)
         if choice.color and choice.labels:
@@ -54,6 +57,8 @@ def checked(name: str, choice: Choice) -> Choice:
             level=_level(choice.level),
             fix_pyramid=bool(choice.fix_pyramid),
             missing_chunks=bool(choice.missing_chunks),
+            label_names=None if choice.label_names is None else label_tables.absolute(choice.label_names),
+            resample=bool(choice.resample),
         )
 
 
@@ -77,10 +82,11 @@ def read(name: str, choice: Choice) -> Samples:
         If `choice.counting`, and the format may have several steps.
     """
     with named_faults(name, "a volume", "formats"):
-        kind = format_of(name, choice)
+        path, choice = located(name, choice)
+        kind = format_of(path, choice)
     quiet = nullcontext() if kind in _WITHOUT_LIBRARY else silent_libraries()
-    with named_faults(name, kind, "zarr" if kind in STORES else "formats"), quiet:
-        read_one = partial(_read, name, kind)
+    with named_faults(name, kind, extra_of(kind)), quiet:
+        read_one = partial(_read, path, kind)
         return magnitudes(read_one, choice) if choice.channel == MAGNITUDE else read_one(choice)
 
 
@@ -107,7 +113,7 @@ def _read(name: str, kind: str, choice: Choice) -> Samples:
     if choice.missing and samples.colors is not None:
         raise FileFault("--missing is for numbers, got colours: --channel N reads one component as numbers")
     # Which mark missing samples themselves, before they interpolate, or whenever they read some.
-    if not choice.missing or kind in RESAMPLED or samples.levels:
+    if not choice.missing or kind in RESAMPLED or samples.levels or choice.resample:
         return samples
     values, notes = without_chosen(samples.values, choice)
     return samples._replace(values=values, notes=(*samples.notes, *notes))
@@ -116,12 +122,13 @@ def _read(name: str, kind: str, choice: Choice) -> Samples:
 def read_tetrahedra(name: str, choice: Choice) -> TetrahedralGrid:
     """Return the field of the file `name` on tetrahedra, without resampling; raises as `read`."""
     with named_faults(name, "an unstructured grid", "formats"):
-        kind = format_of(name, choice)
+        path, choice = located(name, choice)
+        kind = format_of(path, choice)
         if kind not in UNSTRUCTURED:
             raise FileFault(f"is {kind}: tetrahedra are read from {', '.join(UNSTRUCTURED)}")
     with named_faults(name, kind, "formats"), silent_libraries():
         grid: TetrahedralGrid
-        grid, _ = import_module(reader_of(kind)).tetrahedra(name, choice)
+        grid, _ = import_module(reader_of(kind)).tetrahedra(path, choice)
         return grid
 
 
@@ -132,13 +139,20 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
         fields["spacing"] = choice.spacing
     fields["labels"] = choice.labels or samples.labels
     fields |= {"name": public(name), "source": _source(name, choice), "blocks": choice.blocks}
+    fields["label_table"] = label_tables.table_for(name, choice.label_names)
     if not samples.levels:
-        return Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
+        volume = Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
+        if len(samples.channels) > 1:
+            volume.channel, volume.channels = samples.channel, samples.channels
+        return volume
     from texvol.scene.large_volume import LargeVolume
 
     for key in ("values", "resampling", "colors"):
         del fields[key]
-    return LargeVolume(**fields, memory=choice.memory).at_level(choice.level or 0)
+    table = fields.pop("label_table")
+    volume = LargeVolume(**fields, memory=choice.memory)
+    volume.label_table = table
+    return volume.at_level(choice.level or 0)
 
 
 def _source(path: str, choice: Choice) -> dict[str, Any]:
@@ -147,7 +161,8 @@ def _source(path: str, choice: Choice) -> dict[str, Any]:
     told["labels"], told["blocks"] = choice.labels or None, choice.blocks or None
     told["missing"] = list(choice.missing) or None
     told["spacing"] = None if choice.spacing is None else [float(number) for number in choice.spacing]
-    told["fix_pyramid"], told["missing_chunks"] = choice.fix_pyramid or None, choice.missing_chunks or None
+    for name in ("fix_pyramid", "missing_chunks", "resample"):
+        told[name] = told[name] or None
     del told["level"]  # which the volume of that level has
     position = {"path": public(path), "absolute": public(absolute(path))}
     return position | {name: thing for name, thing in told.items() if thing is not None}

@@ -1,6 +1,7 @@
 """NIfTI-1 and -2: a binary header, read by nibabel, and samples after it or in the pair's `.img`.
 
 World coordinates are RAS+: x to the right, y to the front, z up; without an affine in the header, those of the grid.
+Pairs of Analyze have the same names; `analyze` reads them.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers import analyze
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
@@ -26,6 +28,8 @@ _LABEL_INTENT = 1002
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of a `.nii`, or of an `.hdr` and its `.img`, scaled by slope and intercept."""
     header_path, data_path = _pair(path)
+    if header_path != data_path and analyze.is_analyze(block := _block(header_path)):
+        return analyze.read(block, data_path, choice)
     header, is_single = _header(header_path)
     sizes = [int(size) for size in header["dim"][1 : 1 + int(header["dim"][0])]]
     offset = int(header["vox_offset"])
@@ -72,21 +76,26 @@ def _header(path: str) -> tuple[Any, bool]:
     """Return the header, checked by nibabel, and True if the samples are in the same file."""
     import nibabel
 
-    with open(path, "rb") as file:
-        head = file.read(2)
-        file.seek(0)
-        block = next(unpacked(file, "deflate"), b"") if head == b"\x1f\x8b" else file.read(540)
+    block = _block(path)
     kinds = ((b"\x5c\x01", nibabel.Nifti1Header, 348, 344), (b"\x1c\x02", nibabel.Nifti2Header, 540, 4))
     for mark, kind, length, at in kinds:
         if block[:2] == mark or block[2:4] == mark[::-1]:
             if len(block) < length:
                 raise FileFault(f"is truncated: its header of {length} bytes has {len(block)}")
             if block[at : at + 2] not in (b"n+", b"ni"):
-                raise FileFault("is an Analyze header, which has no orientation; save the volume as NIfTI")
+                raise FileFault("has no NIfTI header, but Analyze's, which needs an .img beside an .hdr")
             kind(block[:length])  # raises if the header is beyond repair …
             header = kind(block[:length], check=False)  # … and would change spacings of 0 and less
             return header, block[at + 1 : at + 2] == b"+"
     raise FileFault("has no NIfTI header")
+
+
+def _block(path: str) -> bytes:
+    """Return the first bytes of a header, unpacked."""
+    with open(path, "rb") as file:
+        head = file.read(2)
+        file.seek(0)
+        return next(unpacked(file, "deflate"), b"") if head == b"\x1f\x8b" else file.read(540)
 
 
 def _axes(count: int) -> str:

@@ -12,9 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
+from texvol.formats.readers.segments import listed as segments_in_words
+from texvol.formats.readers.segments import merged, of_nrrd
 from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files
 
 _TYPES = {
@@ -45,6 +48,9 @@ _SPACES = {
 # Kinds of axes of space in the format's definition; all kinds but these and time are components.
 _SPATIAL_KINDS = ("domain", "space")
 
+# Ends of the names of kinds of components.
+_OF_COMPONENTS = ("vector", "gradient", "normal", "matrix", "color", "complex", "quaternion")
+
 # Kinds of components that are red, green, blue and opacity; the format has others for HSV and XYZ.
 _COLOR_KINDS = ("rgb-color", "rgba-color", "3-color", "4-color")
 
@@ -57,21 +63,73 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(f"its header has {len(sizes)} sizes ({by(sizes)}) but dimension {header['dimension']}")
     check_size(sizes, 1)
     axes = _axes(header, sizes)
+    segments = of_nrrd(header)
+    if segments and axes[-1] == "?" and choice.channel is None and not choice.counting:
+        return _segmentation(path, header, offset, listed, choice)
     at, said = _color_axis(header, axes, sizes[::-1])
     axes = with_color(axes, sizes[::-1], at, choice, said)
+    axes = _with_components(header, axes)
+    holds_channels = _holds_channels(header)
+    choice = with_first(axes, sizes[::-1], choice) if holds_channels else choice
     index = pick(axes, sizes[::-1], choice)
-    named = _field(header, "data file", None)
-    files = data_files(_stored(header, sizes), path, offset, named, listed)
-    if not files or prod(sizes) % len(files):
-        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
-    values = read_files(files, index, choice)
+    values = read_files(_files(header, sizes, path, offset, listed), index, choice)
     spatial = [axis for axis, letter in enumerate(axes[::-1]) if letter in "XYZ"]
     grid = _grid(header, spatial) | _times(header, axes[::-1], sizes)
     if is_colored(axes):
         return Samples(**grid, **colored(values, axes, index, said))
+    if segments:
+        return Samples(values, **grid, labels=True, notes=(segments_in_words(segments),))
     marks = parsed(str(header[key]) for key in _MARKS if key in header)
     marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
-    return Samples(marked, **grid, notes=notes)
+    channels = described(axes, sizes[::-1]) if holds_channels else ()
+    channel = channels[choice.channel] if channels and choice.channel is not None else None
+    notes = (*note(channels, choice.channel), *notes)
+    return Samples(marked, **grid, notes=notes, channels=channels, channel=channel)
+
+
+def _with_components(header: Mapping[str, Any], axes: str) -> str:
+    """Return the axes with "C" for those whose kind is one of components, which are no time steps."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])][::-1]
+    if len(kinds) != len(axes):
+        return axes
+    named = zip(axes, kinds, strict=True)
+    return "".join("C" if axis == "?" and kind.endswith(_OF_COMPONENTS) else axis for axis, kind in named)
+
+
+def _holds_channels(header: Mapping[str, Any]) -> bool:
+    """True if what is called a vector holds channels: whole numbers; components of true vectors are floats."""
+    kinds = [str(kind).lower() for kind in header.get("kinds", [])]
+    return "vector" in kinds and str(header["type"]).lower() not in ("float", "double")
+
+
+def header_of(path: str) -> Mapping[str, Any]:
+    """Return the fields of a header."""
+    return _header(path)[0]
+
+
+def _files(
+    header: Mapping[str, Any], sizes: Sequence[int], path: str, offset: int, listed: list[str] | None
+) -> list[Stored]:
+    """Return the samples of each data file."""
+    files = data_files(_stored(header, sizes), path, offset, _field(header, "data file", None), listed)
+    if not files or prod(sizes) % len(files):
+        raise FileFault(f"its {len(files)} data files can't hold equal parts of {prod(sizes)} samples")
+    return files
+
+
+def _segmentation(
+    path: str, header: Mapping[str, Any], offset: int, listed: list[str] | None, choice: Choice
+) -> Samples:
+    """Return the segments of all layers of a .seg.nrrd as one number for each sample."""
+    sizes, segments = [int(size) for size in header["sizes"]], of_nrrd(header)
+    if len(sizes) != 4 or choice.time is not None:
+        raise FileFault(f"must have layers and three axes of space, got {by(sizes)}")
+    layers = read_files(_files(header, sizes, path, offset, listed), (slice(None),) * 4, choice)
+    values, shared = merged(np.moveaxis(layers, 3, 0), segments)
+    notes = [segments_in_words(segments)]
+    if shared:
+        notes.append(f"{shared} samples are in several segments, and have the last one; --channel N reads one layer")
+    return Samples(values, **_grid(header, [1, 2, 3]), labels=True, notes=tuple(notes))
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:

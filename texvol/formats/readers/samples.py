@@ -68,6 +68,8 @@ class Choice(NamedTuple):
     fix_pyramid: bool = False
     missing_chunks: bool = False
     memory: int | None = None
+    label_names: str | None = None
+    resample: bool = False
     counting: bool = False
     kept: dict[Any, Any] | None = None
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
@@ -65,6 +66,7 @@ def _file(path: str, choice: Choice) -> Samples:
         said = _color_name(series.keyframe)
         at = component_axis(series.axes, sizes, "S") if "S" in series.axes else component_axis(axes, sizes)
         axes = with_color(axes, sizes, at, choice, said)
+        choice = choice if said else with_first(axes, sizes, choice)  # red, green and blue are no channels
         index = pick(axes, sizes, choice)
         chosen = prod(size for size, part in zip(sizes, index, strict=True) if isinstance(part, slice))
         check_size([chosen], dtype.itemsize)
@@ -74,8 +76,10 @@ def _file(path: str, choice: Choice) -> Samples:
         if is_colored(axes):
             return Samples(**more, **colored(values, axes, index, said, associated=_is_associated(series.keyframe)))
         marked, notes = without_marked(values, _marks(series.keyframe), "tag GDAL_NODATA", choice)
-        channels = channels_of(tif, dict(zip(axes, sizes, strict=True)).get("C", 1))
+        told = channels_of(tif, dict(zip(axes, sizes, strict=True)).get("C", 1))
+        channels = told if said else described(axes, sizes, told)
         channel = channels[choice.channel] if channels and choice.channel is not None else None
+        notes = (*note(channels, choice.channel), *notes)
         return Samples(marked, **more, notes=notes, channels=channels, channel=channel)
 
 

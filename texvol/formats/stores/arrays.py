@@ -97,7 +97,7 @@ def open_array(
     spacing, origin : (x, y, z), optional
         As of `Volume`; those of the coordinates, or 1 and 0, unless told.
     direction : array of shape (3, 3), optional
-        As of `Volume`.
+        As of `Volume`; coordinates that descend turn their axis round unless told.
     chunk_shape : (z, y, x), optional
         Samples that are read at once; the chunks of the array unless told, or 64 along each axis.
     channel, time : int, optional
@@ -137,7 +137,7 @@ def open_array(
         (Level(source),),
         grid["spacing"] if spacing is None else spacing,
         grid["origin"] if origin is None else origin,
-        direction,
+        grid["direction"] if direction is None else direction,
         unit=grid["unit"] if unit is None else unit,
         memory=memory, value_unit=value_unit, name=name, labels=labels, blocks=blocks,
     )  # fmt: skip
@@ -176,7 +176,7 @@ def _chunk(array: Any, shape: tuple[int, ...], layout: Layout, told: Sequence[in
 
 
 def _grid(array: Any, names: Sequence[str | None], layout: Layout, *, told: bool) -> Mapping[str, Any]:
-    """Return spacing and origin along x, y, z and their unit by an xarray.DataArray's coordinates."""
+    """Return spacing, origin and direction along x, y, z and their unit by an xarray.DataArray's coordinates."""
     spacing, origin, found = [1.0] * 3, [0.0] * 3, []
     coordinates = getattr(array, "coords", {})
     for number, axis in enumerate(layout.order):
@@ -187,12 +187,13 @@ def _grid(array: Any, names: Sequence[str | None], layout: Layout, *, told: bool
         if values.dtype.kind not in "iuf":
             continue
         steps = np.diff(values.astype(np.float64))
-        if steps.size and not (steps[0] > 0 and np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean())):
+        if steps.size and not (steps[0] != 0 and np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean())):
             if told:
                 continue
-            raise FileFault(f"its coordinates {name} must be even and ascending; spacing=(x, y, z) overrides them")
+            raise FileFault(f"its coordinates {name} must be even; spacing=(x, y, z) overrides them")
         spacing[number] = float(steps.mean()) if steps.size else 1.0
         origin[number] = float(values[0])
         found.append(units.length_unit(str(coordinates[name].attrs.get("units", ""))))
     unit = found[0] if found and len(set(found)) == 1 else ""
-    return {"spacing": spacing[::-1], "origin": origin[::-1], "unit": unit}
+    direction = np.diag(np.sign(spacing[::-1]))
+    return {"spacing": np.abs(spacing[::-1]), "origin": origin[::-1], "direction": direction, "unit": unit}

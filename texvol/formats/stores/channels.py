@@ -6,7 +6,6 @@ import os
 from typing import Any
 
 from texvol.formats.readers import load
-from texvol.scene.large_volume import LargeVolume
 from texvol.scene.transfer import TransferFunction, proposed_for
 from texvol.scene.volume import Volume
 
@@ -15,14 +14,14 @@ MOST = 4  # channels that are drawn together; a driver has room for about 8 text
 
 def other_channels(volume: Volume) -> list[int]:
     """Return the numbers of the further channels that are drawn beside a volume of one of them."""
-    if not isinstance(volume, LargeVolume) or volume.channel is None:
+    if volume.channel is None:
         return []
     active = [each.number for each in volume.channels if each.active and each.number != volume.channel.number]
     return active[: MOST - 1]
 
 
 def load_channels(path: str | os.PathLike[str], **options: Any) -> list[tuple[Volume, TransferFunction]]:
-    """Return the active channels of a store's image, at most 4, each with its transfer function.
+    """Return the active channels of an image, at most 4, each with its transfer function.
 
     Parameters
     ----------

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.child_process import check_survived
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_chunk, once
+from texvol.formats.stores.hdf5_attributes import grid_of, marks_of
 from texvol.formats.stores.placing import layout_of, letters_of
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_chunks, check_sizes, sample_type
 from texvol.scene.large_volume import Level
@@ -91,11 +93,20 @@ def opened(path: str) -> Any:
 def read(path: str, choice: Choice) -> Samples:
     """Return the level of one dataset."""
     file = once(choice, "file", lambda: opened(path))
-    dataset, note = once(choice, "dataset", lambda: _chosen(file, choice.variable))
+    dataset, about = once(choice, "dataset", lambda: _chosen(file, choice.variable))
     names = _names(dataset)
-    layout = layout_of(letters_of(names), dataset.shape, choice, [each or "-" for each in names])
-    reading = Reading(path, tuple(choice.missing), bool(choice.missing_chunks))
-    return Samples.of_levels((Level(Hdf5Source.of(dataset, layout, "level 0", reading)),), notes=note)
+    letters = letters_of(names)
+    choice = with_first(letters, dataset.shape, choice)
+    layout = layout_of(letters, dataset.shape, choice, [each or "-" for each in names])
+    with LOCK:
+        grid, notes = grid_of(dataset, layout)
+        marks = () if choice.labels else marks_of(dataset)
+    reading = Reading(path, (*choice.missing, *marks), bool(choice.missing_chunks))
+    channels = described(letters, dataset.shape)
+    channel = channels[choice.channel] if channels and choice.channel is not None else None
+    levels = (Level(Hdf5Source.of(dataset, layout, "level 0", reading)),)
+    notes = (*about, *notes, *note(channels, choice.channel))
+    return Samples.of_levels(levels, **grid, notes=notes, channels=channels, channel=channel)
 
 
 def _chosen(file: Any, wanted: str | None) -> tuple[Any, tuple[str, ...]]:

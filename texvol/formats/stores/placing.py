@@ -8,7 +8,17 @@ from texvol.formats.readers.samples import Choice, pick
 from texvol.formats.stores.sources import Layout
 
 _LETTERS = {"T": "T", "TIME": "T", "C": "C", "CHANNEL": "C", "CHANNELS": "C", "BAND": "C", "Z": "Z", "Y": "Y", "X": "X"}
-_LETTERS |= {"DEPTH": "Z", "HEIGHT": "Y", "WIDTH": "X"}
+_LETTERS |= {
+    "DEPTH": "Z",
+    "HEIGHT": "Y",
+    "WIDTH": "X",
+    "PLANE": "Z",
+    "SLICE": "Z",
+    "ROW": "Y",
+    "COLUMN": "X",
+    "COL": "X",
+}
+_LETTERS |= {"LEV": "Z", "LEVEL": "Z", "ALTITUDE": "Z", "LAT": "Y", "LATITUDE": "Y", "LON": "X", "LONGITUDE": "X"}
 
 
 def letters_of(names: Sequence[str | None]) -> str:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.samples import Choice, FileFault, Samples, once
 from texvol.formats.stores import units
 from texvol.formats.stores.access import Store
@@ -41,9 +42,13 @@ def _array(store: Store, key: str, choice: Choice) -> Samples:
         raise FileFault("is an array without images: leave --image out")
     (opened,) = once(choice, "arrays", lambda: store.open_arrays([key]))
     names = _dimension_names(store, key, opened.rank)
-    layout = layout_of(letters_of(names), opened.shape, choice, [str(each or "-") for each in names])
+    letters = letters_of(names)
+    choice = with_first(letters, opened.shape, choice)
+    layout = layout_of(letters, opened.shape, choice, [str(each or "-") for each in names])
     source = TensorSource.of(opened, layout, "level 0", _reading(store, choice), store.check_alive)
-    return Samples.of_levels((Level(source),))
+    channels = described(letters, opened.shape)
+    channel = channels[choice.channel] if channels and choice.channel is not None else None
+    return Samples.of_levels((Level(source),), channels=channels, channel=channel, notes=note(channels, choice.channel))
 
 
 def _dimension_names(store: Store, key: str, rank: int) -> list[str | None]:

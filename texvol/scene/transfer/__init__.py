@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from texvol.scene.transfer.function import NO_MEDIUM, Classified, TransferFunction
 from texvol.scene.transfer.labels import LabelLook, label_function, parse_labels
-from texvol.scene.transfer.presets import PRESETS, preset, proposed_beside, proposed_for
+from texvol.scene.transfer.presets import PRESETS, is_named, preset, proposed_beside, proposed_for
 
 load, loads = TransferFunction.load, TransferFunction.loads
 
@@ -14,6 +14,7 @@ __all__ = [
     "Classified",
     "LabelLook",
     "TransferFunction",
+    "is_named",
     "label_function",
     "load",
     "loads",

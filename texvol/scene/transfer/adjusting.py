@@ -10,22 +10,33 @@ from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.pieces import Numbers
 
 
+def ends(medium: TransferFunction) -> tuple[float, float]:
+    """Return the first and the last value between which the medium changes."""
+    parts = [medium.values, *(each.values for each in medium.graded), *(np.array([c.value]) for c in medium.contours)]
+    if medium.graded or medium.contours:  # points without extinction have no values of their own
+        parts = [each for each, shows in zip(parts, _shown(medium, len(parts)), strict=True) if shows]
+    return min(float(each.min()) for each in parts), max(float(each.max()) for each in parts)
+
+
+def placed(values: Numbers, before: tuple[float, float], after: tuple[float, float]) -> Numbers:
+    """Return ascending values moved as `between` does: those at the ends `before` come to the ends `after`."""
+    first, last = before
+    width = last - first
+    if not width > 0:
+        return values - first + after[0] / 2 + after[1] / 2
+    fractions = (values - first) / width
+    return np.asarray(np.maximum.accumulate(after[0] * (1 - fractions) + after[1] * fractions))
+
+
 def between(medium: TransferFunction, low: float, high: float) -> TransferFunction:
     """Return the medium with its values moved so that the first one becomes `low` and the last one `high`.
 
     Values of parts that depend on the gradient move with them; gradient magnitudes stay.
     """
-    parts = [medium.values, *(each.values for each in medium.graded), *(np.array([c.value]) for c in medium.contours)]
-    if medium.graded or medium.contours:  # points without extinction have no values of their own
-        parts = [each for each, shows in zip(parts, _shown(medium, len(parts)), strict=True) if shows]
-    first, last = min(float(each.min()) for each in parts), max(float(each.max()) for each in parts)
-    width = last - first
+    before = ends(medium)
 
     def moved(values: Numbers) -> Numbers:
-        if not width > 0:
-            return values - first + low / 2 + high / 2
-        fractions = (values - first) / width
-        return np.maximum.accumulate(low * (1 - fractions) + high * fractions)
+        return placed(values, before, (low, high))
 
     return replace(
         medium,

@@ -38,8 +38,9 @@ What the numbers stand for:
               or "matter": 0 is where the background ends, 1 the 99.9th percentile
     "length": "world" (default), or "box": extinction is per mean edge of the volume's box, not per world unit;
               or "spacing": per smallest spacing of samples
+              or "cell": per mean edge of the cells, their diagonal over the cube root of their number
     "gradients": "data" (default): data units per world unit, or "relative": 1 is the range of the finite samples per
-              smallest spacing
+              smallest spacing, or "voxel": data units per mean spacing
     "emission": "associated" (default), or "emissive": in place of `color` each point has `emission`, three numbers per
               unit of length that do not depend on the extinction,
               or "premultiplied": likewise, but of a medium that reflects light; a point of opacity 1 has its `color`
@@ -48,7 +49,8 @@ What the numbers stand for:
     the name of an estimator: the look of the file, with the meaning of these keys in a scene file. They are no part of
     the transfer function; see `texvol.options.looks`.
 
-A file whose name ends with .toml is TOML, with the same keys.
+A file whose name ends with .toml is TOML, with the same keys. Files of other programs become such content, see
+`texvol.scene.transfer.foreign`.
 
 "material_names" and "material_colors" are the names and colours of materials that have become points, as
 `TransferFunction.as_json` writes them.
@@ -63,7 +65,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from texvol.scene.transfer import parsing
+from texvol.scene.transfer import foreign, parsing
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Points, mixture
 from texvol.scene.transfer.units import CHOICES, Units
@@ -79,19 +81,32 @@ LOOK_KEYS = ("light", "ambient", "diffuse", "specular", "shininess", "two-sided"
 _MOST_BYTES = 64 << 20  # of a file: some million points; more is no transfer function
 
 
-def read_content(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the content of a transfer-function file, TOML by its name, else JSON.
+def read_content(path: str | os.PathLike[str], unit_distance: float | None = None) -> dict[str, Any]:
+    """Return the content of a transfer-function file, TOML or another program's by its name, else JSON.
+
+    Parameters
+    ----------
+    unit_distance : float, optional
+        Length in world units that opacities of another program's file belong to, in place of its own.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or is neither.
+        If the file cannot be read, or is none of them; if a file of texvol's own is given a unit distance.
     """
-    if os.fspath(path).lower().endswith(".toml"):
-        return text_files.read_toml(path)
-    content = text_files.parsed_json(text_files.read_text(path, "JSON", _MOST_BYTES), os.fspath(path))
+    name = os.fspath(path)
+    if foreign.is_foreign_text(name):
+        return foreign.read_text(path, unit_distance)
+    if name.lower().endswith(".toml"):
+        content = text_files.read_toml(path)
+    else:
+        content = text_files.parsed_json(text_files.read_text(path, "JSON", _MOST_BYTES), name)
+        if (other := foreign.of_json(path, content, unit_distance)) is not None:
+            return other
     if not isinstance(content, dict):
-        raise InputError(f"{os.fspath(path)}: a transfer function must be a JSON object with points")
+        raise InputError(f"{name}: a transfer function must be a JSON object with points")
+    if unit_distance is not None:
+        raise InputError(f"{name}: has a unit of its own: a unit distance is for files of other programs")
     return content
 
 

@@ -32,6 +32,7 @@ from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, read_only
+from texvol.util.late import ShownInNotebooks, late
 
 __all__ = ["LARGEST_VALUE", "Classified", "TransferFunction"]
 
@@ -43,8 +44,8 @@ class Classified(NamedTuple):
     extinction: Numbers  # τ, per world unit, shape (…)
 
 
-@dataclass(frozen=True, eq=False)
-class TransferFunction(KeepsArrays):
+@dataclass(frozen=True, eq=False, repr=False)
+class TransferFunction(KeepsArrays, ShownInNotebooks):
     """Control points (value, colour or emission, extinction), in data and world units.
 
     Parameters
@@ -126,11 +127,25 @@ class TransferFunction(KeepsArrays):
         if not self.glows and (self.colors > 1).any():
             raise InputError(f"{self.name}: colours must be from 0 to 1, got {self.colors.max():g}")
 
+    def __repr__(self) -> str:
+        low, high, count = self.values[0], self.values[-1], len(self.values)
+        return f"TransferFunction({self.name!r}, {count} point{'s' * (count > 1)} from {low:.6g} to {high:.6g})"
+
+    @classmethod
+    def preset(cls, name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
+        """Return a preset in the units of a volume; InputError if there is none of that name."""
+        found: TransferFunction = late("preset", name, volume, materials)
+        return found
+
     @classmethod
     def load(
-        cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None
+        cls,
+        path: str | os.PathLike[str],
+        volume: Volume | None = None,
+        materials: Sequence[str] | None = None,
+        unit_distance: float | None = None,
     ) -> TransferFunction:
-        """Read a JSON or TOML file.
+        """Read a JSON or TOML file, or that of another program.
 
         Parameters
         ----------
@@ -138,6 +153,9 @@ class TransferFunction(KeepsArrays):
             Needed if the file speaks of percentiles, range, matter, box, voxels or relative gradients.
         materials : sequence of str, optional
             Names of the materials to show. The others are left out, but for contours and boundaries that refer to them.
+        unit_distance : float, optional
+            Length that opacities of another program's file belong to, in world units; by default the file's own, or
+            that program's.
 
         Raises
         ------
@@ -147,7 +165,7 @@ class TransferFunction(KeepsArrays):
         """
         from texvol.scene.transfer import files
 
-        return cls.from_content(files.read_content(path), os.fspath(path), volume, materials)
+        return cls.from_content(files.read_content(path, unit_distance), os.fspath(path), volume, materials)
 
     @classmethod
     def loads(

@@ -1,8 +1,9 @@
 """Transfer functions of label volumes: each label has a colour and an opacity of its own, with steps between them.
 
-The colour of label k is number k - 1 of an established list, which starts again at its end: whatever other labels there
-are, it keeps its colour. The list is Glasbey's (Glasbey, van der Heijden, Toh, Gray 2007), made so that its colours lie
-as far apart as they can. Label 0 is what has no label, and transparent unless told.
+A label has the colour of the volume's table, if that has one (see `label_names`). Else the colour of label k is number
+k - 1 of an established list, which starts again at its end: whatever other labels there are, it keeps its colour. The
+list is Glasbey's (Glasbey, van der Heijden, Toh, Gray 2007), made so that its colours lie as far apart as they can.
+Label 0 is what has no label, and transparent unless told.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.label_counts import label_counts, listed
+from texvol.scene.label_names import names_of, table_of
 from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.pieces import Numbers
@@ -60,7 +62,8 @@ def label_function(
         without look solid, but for a soft edge, and 0 is transparent.
     colors : str or mapping
         A list of colours by its name in the library of colour maps, such as "tab20"; or the colours of some labels,
-        linear RGB in [0, 1], where the others have those of the established list.
+        linear RGB in [0, 1]. Other labels have those of the volume's table, or else of the established list. A label
+        that the table hides is transparent unless it is named here, in `opacities` or by `others`.
     others : float, optional
         Opacity of the labels that neither names, but for 0.
 
@@ -71,26 +74,44 @@ def label_function(
         list.
     """
     labels = label_counts(volume).labels
+    rows = {label: row for row, label in enumerate(labels.tolist())}
     named = {} if isinstance(colors, str) else colors
     opacities = {} if opacities is None else opacities
-    unknown = [label for label in (*opacities, *named) if label not in labels]
+    unknown = [label for label in (*opacities, *named) if label not in rows]
     if unknown:
         raise InputError(f"label {unknown[0]} not found: {volume.name} has {listed(labels)}")
     established = color_list(colors if isinstance(colors, str) else COLOR_LIST)
     shown = established[(labels - 1) % len(established)]
     fractions = np.full(len(labels), OPACITY)
+    if colors == COLOR_LIST or not isinstance(colors, str):
+        _by_table(volume, rows, shown, fractions)
     if others is not None:
         fractions[~np.isin(labels, list(named))] = _opacity(others, "of all other labels")
-    fractions[labels == _UNLABELLED] = 0.0
+    if _UNLABELLED in rows:
+        fractions[rows[_UNLABELLED]] = 0.0
     for label, color in named.items():
-        shown[labels == label] = _color(color, label)
+        shown[rows[label]] = _color(color, label)
+        fractions[rows[label]] = fractions[rows[label]] or (OPACITY if label != _UNLABELLED else 0.0)
     for label, opacity in opacities.items():
-        fractions[labels == label] = _opacity(opacity, f"of label {label}")
+        fractions[rows[label]] = _opacity(opacity, f"of label {label}")
     extinctions = depth_from_opacity(fractions) / volume.smallest_spacing
-    return _stepped(labels, shown, extinctions, f"labels of {volume.name}")
+    return _stepped(volume, labels, shown, extinctions)
 
 
-def _stepped(labels: NDArray[np.int64], colors: Numbers, extinctions: Numbers, name: str) -> TransferFunction:
+def _by_table(volume: Volume, rows: Mapping[int, int], colors: Numbers, opacities: Numbers) -> None:
+    """Set the colours that the volume's table has, and the opacity 0 of labels that it hides."""
+    table = table_of(volume)
+    if table is None:
+        return
+    for label, row in rows.items():
+        entry = table.entries.get(label)
+        if entry is not None and entry.color is not None:
+            colors[row] = entry.color
+        if entry is not None and not entry.shown:
+            opacities[row] = 0.0
+
+
+def _stepped(volume: Volume, labels: NDArray[np.int64], colors: Numbers, extinctions: Numbers) -> TransferFunction:
     """Steps half-way between the labels, each at a value that single precision has and tells from both.
 
     From 2^23 on it has whole numbers only: there a step lies at the upper label, to which its right side belongs.
@@ -102,12 +123,13 @@ def _stepped(labels: NDArray[np.int64], colors: Numbers, extinctions: Numbers, n
     rows = np.repeat(np.arange(count), 2)[1:-1] if count > 1 else np.zeros(1, np.intp)
     visible = np.flatnonzero(extinctions > 0)
     visible = visible[:0] if visible.size > _MOST_NAMES else visible
+    known = names_of(volume, labels[visible].tolist())
     return TransferFunction(
         values,
         colors[rows],
         extinctions[rows],
-        name=name,
-        materials=tuple(f"label {label}" for label in labels[visible]),
+        name=f"labels of {volume.name}",
+        materials=tuple(known.get(label) or f"label {label}" for label in labels[visible].tolist()),
         material_colors=tuple((float(r), float(g), float(b)) for r, g, b in colors[visible]),
     )
 

@@ -16,11 +16,11 @@ import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
 from texvol.scene.channel import Channel
-from texvol.scene.transfer import histogram
+from texvol.scene.transfer import color_maps, histogram
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.pieces import LARGEST_VALUE
-from texvol.scene.transfer.units import Units, typical_samples
+from texvol.scene.transfer.units import Units, medium_range, typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
@@ -60,10 +60,10 @@ _CT: dict[str, list[tuple[float, float, Triple, float]]] = {
 _FRACTIONS: dict[str, list[Point]] = {
     "mr": [
         (0.08, (0.20, 0.05, 0.04), 0),
-        (0.25, (0.45, 0.16, 0.12), 4),
-        (0.50, (0.80, 0.50, 0.40), 14),
-        (0.75, (0.95, 0.82, 0.70), 30),
-        (1.00, (1.00, 1.00, 0.95), 60),
+        (0.25, (0.40, 0.12, 0.08), 6),
+        (0.50, (0.74, 0.38, 0.28), 50),
+        (0.75, (0.95, 0.78, 0.64), 140),
+        (1.00, (1.00, 0.98, 0.92), 300),
     ],
     "grey": [(0.0, (0.0, 0.0, 0.0), 0), (1.0, (1.0, 1.0, 1.0), 20)],
     "fog": [(0.0, (0.85, 0.90, 1.0), 0), (1.0, (0.85, 0.90, 1.0), 4)],
@@ -127,13 +127,19 @@ _PROPOSAL: list[Point] = [
     (1.00, (1.00, 0.95, 0.82), 50),
 ]
 
-# Of measured values in light, which shows surfaces where an unlit medium has to be seen through.
+# Of measured values in light, which shows surfaces where an unlit medium has to be seen through. Where half of the
+# medium lies below `_DARK` of its range, the values are lower by up to `_LOWERED`: what is fine and faint shows.
 _SURFACES: list[Point] = [
     (0.15, (0.30, 0.06, 0.03), 0),
     (0.45, (0.62, 0.22, 0.10), 4),
     (0.60, (0.85, 0.55, 0.30), 60),
     (0.90, (1.00, 0.95, 0.84), 300),
 ]
+
+_DARK, _LOWERED = (0.05, 0.3), 0.45
+
+# Of a solid, extinction per mean edge of the box.
+_SOLID_COLOR, _SOLID_EXTINCTION = (0.92, 0.74, 0.54), 600.0
 
 # Of fields with two signs, in fractions of the larger end: clear about zero, cold below, warm above, linear RGB.
 _COLD: list[Point] = [
@@ -153,9 +159,12 @@ _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
 # Of volumes beside the first, which is reddish: far from it and from each other.
 _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
-# Of channels that emit, per mean edge of the box: bright where a tenth of the way is as bright as the window's end, and
-# so thin that what lies behind shows.
-_GLOW, _ABSORPTION = 10.0, 4.0
+# Of channels that emit, per mean edge of the box. The emission is such that hardly a line through the volume would be
+# brighter than `_WHITE` without absorption, which is a fraction of the emission, so that what lies behind shows.
+_WHITE, _LEAST_GLOW, _MOST_GLOW, _ABSORPTION = 1.2, 2.0, 40.0, 0.25
+_WHITE_BEYOND = 99.0  # percentile of the lines that show anything
+_SHOWS = 0.02  # of the brightest line
+_PROJECTED = 1 << 20  # samples
 
 _PROPOSED: WeakKeyDictionary[Volume, TransferFunction] = WeakKeyDictionary()
 
@@ -168,7 +177,7 @@ PRESETS: tuple[str, ...] = (
 
 
 def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
-    """The preset `name` in the units of `volume`.
+    """The preset or colour map `name` in the units of `volume`.
 
     Parameters
     ----------
@@ -181,7 +190,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         If there is no such preset; the message lists them. If it has no such materials; the message lists those.
         If the volume is of labels, which no preset is for.
     """
-    if name not in PRESETS:
+    if not is_named(name):
         raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}{did_you_mean(name, PRESETS)}")
     if volume.labels:
         raise InputError(
@@ -197,6 +206,8 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         return _from_points(_two_signs(volume), volume, "data", name)
     if name == _FLUORESCENCE:
         return replace(channel_function(volume, Channel(1)), name=name)
+    if name not in PRESETS:
+        return _from_points(color_maps.ramp(name), volume, "matter", name)
     if name not in _CT:
         return _from_points(_FRACTIONS[name] if name in _FRACTIONS else _ramp(name), volume, "matter", name)
     in_hounsfield = _is_hounsfield(volume)
@@ -204,6 +215,11 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         (value if in_hounsfield else fraction, color, extinction) for value, fraction, color, extinction in _CT[name]
     ]
     return _from_points(points, volume, "data" if in_hounsfield else "matter", name)
+
+
+def is_named(name: str) -> bool:
+    """True if `name` is a preset, or a colour map of the library of colour maps."""
+    return name in PRESETS or color_maps.is_color_map(name)
 
 
 def _content_of(name: str, volume: Volume) -> dict[str, Any] | None:
@@ -267,12 +283,26 @@ def proposed_for(volume: Volume) -> TransferFunction:
 
 def proposed_in_light(volume: Volume) -> TransferFunction:
     """Transfer function for a volume of measured values of which nothing is known, in light."""
-    return _from_points(_SURFACES, volume, "matter", "proposed")
+    samples = typical_samples(volume)
+    largest = max(float(np.abs(samples).max()), 1e-300)
+    low, high = (end / largest for end in medium_range(volume))
+    medium = samples[samples / largest > low] / largest
+    typical = (float(medium[medium.size // 2]) - low) / (high - low) if medium.size and high > low else 1.0
+    lower = 1 - _LOWERED * float(np.interp(typical, _DARK, (1.0, 0.0)))
+    points = [(lower * value, color, extinction) for value, color, extinction in _SURFACES]
+    return _from_points(points, volume, "matter", "proposed")
+
+
+def solid_inside(volume: Volume, depth: float) -> TransferFunction:
+    """Transfer function of a solid of one colour, clear at the value 0 and dense from the value `depth` on."""
+    ends = sorted([(depth, _SOLID_EXTINCTION), (0.0, 0.0)])
+    return _from_points([(value, _SOLID_COLOR, extinction) for value, extinction in ends], volume, "data", "solid")
 
 
 def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
     """Emission in the colour of one of several channels, from 0 at the start of its window to bright at its end.
 
+    It is exposed so that what is thick is not burnt out and what is fine shows.
     A window as wide as the type of the samples says nothing; the range of the medium stands for it, and a hue by the
     channel's number for a colour that is not told.
     """
@@ -283,13 +313,29 @@ def channel_function(volume: Volume, channel: Channel) -> TransferFunction:
     color = np.array(_HUES[channel.number % len(_HUES)] if channel.color is None else channel.color)
     units = Units(volume, "matter", "box")
     ends = units.placed(np.array([0.0, 1.0])) if window is None else np.array(window)
+    glow = _exposed(volume, float(ends[0]), float(ends[1])) * units.per_length
     return TransferFunction(
         ends,
-        np.outer([0.0, _GLOW * units.per_length], color),
-        np.array([0.0, _ABSORPTION * units.per_length]),
+        np.outer([0.0, glow], color),
+        np.array([0.0, _ABSORPTION * glow]),
         emissive=True,
         name=channel.name or f"channel {channel.number}",
     )
+
+
+def _exposed(volume: Volume, low: float, high: float) -> float:
+    """Return the emission at the end of a window, per mean edge, that takes the brightest lines to white."""
+    values = volume.overview.values
+    step = max(int(np.ceil((values.size / _PROJECTED) ** (1 / 3))), 1)
+    few = values[tuple(slice(None, None, min(step, max(count // 4, 1))) for count in values.shape)].astype(np.float64)
+    shown = np.clip((np.nan_to_num(few, nan=low) - low) / max(high - low, 1e-300), 0.0, 1.0)
+    edges = np.linalg.norm(volume.box_edges, axis=0)
+    brightest = 0.0
+    for axis, edge in zip((2, 1, 0), edges / edges.mean(), strict=True):
+        lines = np.sort(shown.mean(axis=axis), axis=None) * edge
+        lines = lines[lines > _SHOWS * lines[-1]]
+        brightest = max(brightest, float(percentile_of_sorted(lines, _WHITE_BEYOND)) if lines.size else 0.0)
+    return float(np.clip(_WHITE / max(brightest, 1e-9), _LEAST_GLOW, _MOST_GLOW))
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:
@@ -333,4 +379,4 @@ def _ramp(name: str) -> list[Point]:
 
     fractions = np.linspace(0, 1, 17)
     colors = linear_from_srgb(np.asarray(Colormap(name)(fractions))[:, :3])
-    return [(float(s), tuple(c), 30 * float(s) ** 2) for s, c in zip(fractions, colors, strict=True)]
+    return [(float(s), tuple(c), color_maps.extinction(float(s))) for s, c in zip(fractions, colors, strict=True)]

@@ -14,10 +14,13 @@ from texvol.util.statistics import percentile_of_sorted
 
 CHOICES = {
     "values": ("data", "percentile", "range", "matter"),
-    "length": ("world", "box", "spacing"),
-    "gradients": ("data", "relative"),
+    "length": ("world", "box", "spacing", "cell"),
+    "gradients": ("data", "relative", "voxel"),
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
+_FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
+_LEAST_OBJECT = 27  # samples of it
+_COHERENT = 0.5  # least fraction of them beside another one: noise and hot pixels are alone
 
 
 @dataclass(frozen=True)
@@ -52,6 +55,8 @@ class Units:
             return 1.0
         if self.length == "spacing":
             return 1.0 / self.known_volume.smallest_spacing
+        if self.length == "cell":
+            return 1.0 / _mean_cell(self.known_volume)
         return 1.0 / float(np.linalg.norm(self.known_volume.box_edges, axis=0).mean())
 
     @property
@@ -59,6 +64,8 @@ class Units:
         """Factor of gradient magnitudes; positive."""
         if self.gradients == "data":
             return 1.0
+        if self.gradients == "voxel":
+            return 1.0 / float(self.known_volume.spacing.mean())
         low, high = self.known_volume.finite_range or (0.0, 0.0)
         spacing = self.known_volume.smallest_spacing
         return max(high / spacing - low / spacing, 1e-300)
@@ -67,8 +74,16 @@ class Units:
     def known_volume(self) -> Volume:
         """The volume, or InputError."""
         if self.volume is None:
-            raise InputError("a volume must be given, load(path, volume), since the units depend on it")
+            needed = "a volume must be given, load(path, volume), since the units depend on it"
+            raise InputError(f"{needed} (texvol convert-tf: --volume VOLUME)")
         return self.volume
+
+
+def _mean_cell(volume: Volume) -> float:
+    """Mean edge of the cells between samples: the diagonal over the cube root of their number, as ParaView's."""
+    cells = np.maximum(np.array(volume.dimensions) - 1, 0)
+    diagonal = float(np.linalg.norm(cells * volume.spacing))
+    return diagonal / float(np.cbrt(np.prod(np.maximum(cells, 1), dtype=np.float64))) or volume.smallest_spacing
 
 
 def typical_samples(volume: Volume) -> NDArray[np.float64]:
@@ -93,12 +108,31 @@ def medium_range(volume: Volume) -> tuple[float, float]:
     """Values between which the volume's medium lies: from where its background ends to its 99.9th percentile.
 
     The background is the value that most samples have, if it is near the low end and stands for at least a twentieth
-    of them; without one the range starts at the 5th percentile.
+    of them; without one the range starts at the 5th percentile. Where a small object is far brighter than that range,
+    all else is its background.
     """
     samples = typical_samples(volume)
     largest = max(float(np.abs(samples).max()), 1e-300)
     low, high = _range_of_medium(samples / largest)  # values up to 1e308 have no range that float64 could hold
-    return low * largest, high * largest
+    return _range_of_object(volume, float(samples[0]), high * largest) or (low * largest, high * largest)
+
+
+def _range_of_object(volume: Volume, lowest: float, high: float) -> tuple[float, float] | None:
+    """Return the range of an object that is too small for percentiles, and far above all other values; else None."""
+    width = high - lowest
+    beyond = high + _FAR * width
+    if volume.labels or not (volume.finite_range and 0 < width < np.inf and volume.finite_range[1] > beyond):
+        return None
+    values = volume.overview.values
+    far = values > beyond
+    count = int(far.sum())
+    if count < _LEAST_OBJECT or int((far[..., 1:] & far[..., :-1]).sum()) < _COHERENT * count:
+        return None
+    # A long tail of the others has more samples near them than far from them.
+    if int(((values > high) & (values <= high + width)).sum()) * 2 > count:
+        return None
+    of_object = np.sort(values[far].astype(np.float64))
+    return high, float(percentile_of_sorted(of_object[np.isfinite(of_object)], 90))
 
 
 def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:

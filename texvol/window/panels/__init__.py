@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from imgui_bundle import imgui
 
@@ -20,19 +21,27 @@ from texvol.window.panels import (
     files,
     grips,
     light,
+    measure,
+    measure_marks,
     medium,
     overlay,
     parts,
+    planes,
     slices,
     status,
+    tiles,
+    timebar,
     tips,
     writing,
 )
 
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
-_TAB_PADDING = 0.5  # of a button's: all tab names fit beside each other, with the dot of unsaved changes
+# Of a button's padding, and of the usual spacing: all tab names fit beside each other, with the dot of unsaved changes.
+_TAB_PADDING, _BETWEEN_TABS = 0.25, 0.2
 BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
+_FLAGS = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_scroll_with_mouse
+_FLAGS |= imgui.WindowFlags_.no_bring_to_front_on_focus
 _EDGE, _HELD_EDGE = 0xFF_70_56_40, 0xFF_FF_B8_73  # ABGR
 
 _TABS: dict[str, Callable[[Desk, Document], None]] = {
@@ -42,22 +51,27 @@ _TABS: dict[str, Callable[[Desk, Document], None]] = {
     "Light": light.show,
     "Cut": cut.show,
     "Slices": slices.show,
+    "Measure": measure.show,
 }
 assert (*_TABS, "File") == TABS
 
 
 def show(desk: Desk) -> None:
     """Show the side panel and the dialogs."""
+    tiles.show(desk)
+    tiles.switches(desk)
     if desk.preferences.panels:
         _sidebar(desk)
     if desk.preferences.help:
         overlay.keys(desk)
     empty.show(desk)
+    timebar.show(desk)
     writing.show(desk)
     copying.update(desk)
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
+    measure_marks.act(desk)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
@@ -67,11 +81,14 @@ def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
     if shown is not None and shown.lacks_annotation:
-        desk.attempt(lambda: desk.moving.draw(desk.textures, desk.pixels, desk.director.pictures, shown))
+        corner = parts.corner_in_pixels(desk)
+        desk.attempt(lambda: desk.moving.draw(desk.textures, corner, desk.pixels, desk.director.pictures, shown))
     elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
+    planes.draw(desk)
+    measure_marks.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)
@@ -113,33 +130,39 @@ def _edge(desk: Desk) -> None:
     imgui.set_cursor_pos(corner)
 
 
+@contextmanager
+def _narrow_tabs() -> Iterator[None]:
+    """Leave less room around the names of tabs, and between them."""
+    style = imgui.get_style()
+    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
+    between = imgui.ImVec2(_BETWEEN_TABS * style.item_inner_spacing.x, style.item_inner_spacing.y)
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
+    imgui.push_style_var(imgui.StyleVar_.item_inner_spacing, between)
+    yield
+    imgui.pop_style_var(2)
+
+
 def _sidebar(desk: Desk) -> None:
     display = imgui.get_io().display_size
-    left = desk.viewport.x + desk.viewport.width
+    left = desk.layout.area.x + desk.layout.area.width
     imgui.set_next_window_pos(imgui.ImVec2(left, 0))
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
-    flags = (
-        imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_bring_to_front_on_focus
-    )
     style = imgui.get_style()
     rounding, style.window_rounding = style.window_rounding, 0.0
-    imgui.begin("panels", None, flags)
+    imgui.begin("panels", None, _FLAGS)
     style.window_rounding = rounding
     _edge(desk)
     foot = status.height(desk)
-    padding = imgui.ImVec2(_TAB_PADDING * style.frame_padding.x, style.frame_padding.y)
-    imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-    begun = imgui.begin_tab_bar("tabs")
-    imgui.pop_style_var()
+    with _narrow_tabs():
+        begun = imgui.begin_tab_bar("tabs")
     if begun:
         unsaved = desk.document is not None and desk.document.unsaved
         for name in TABS:
             # Integers, because imgui's enumeration has no member for "no flags".
             how = int(imgui.TabItemFlags_.set_selected) if desk.preferences.tab == name else 0
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
-            imgui.push_style_var(imgui.StyleVar_.frame_padding, padding)
-            shown, _ = imgui.begin_tab_item(name, None, how)
-            imgui.pop_style_var()
+            with _narrow_tabs():
+                shown, _ = imgui.begin_tab_item(name, None, how)
             tips.show(name)
             if shown:
                 _tab(name, desk, foot)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,14 +12,13 @@ from imgui_bundle import imgui
 from texvol.scene.display import straight_colors
 from texvol.scene.transfer import TransferFunction
 from texvol.util.color import srgb_from_linear
-from texvol.window.editing import Curve
 from texvol.window.panels import parts
 from texvol.window.ranges import Ends, Hold
 
 _BAR = 12.0  # height, in window coordinates at scale 1, as are the following
 _TRACK = 16.0  # height
 _HANDLE = 5.0  # half the width
-_REACH = 8.0
+REACH = 8.0
 _LEAST = 1e-3  # of the histogram's range: a curve of width 0 could not be widened again
 _GROOVE, _RANGE, _KNOB, _HELD = 0xFF_36_30_2E, 0xFF_90_68_40, 0xFF_CC_90_5C, 0xFF_FF_B8_73  # ABGR
 
@@ -33,11 +33,11 @@ class Axis:
 
     def position(self, value: float) -> float:
         """Return the x coordinate of a value in the window."""
-        return self.left + (value - self.shown[0]) * self.width / (self.shown[1] - self.shown[0])
+        return self.left + (value - self.shown[0]) / (self.shown[1] - self.shown[0]) * self.width
 
     def value(self, position: float) -> float:
         """Return the value at an x coordinate of the window."""
-        return self.shown[0] + (position - self.left) * (self.shown[1] - self.shown[0]) / self.width
+        return self.shown[0] + (position - self.left) / self.width * (self.shown[1] - self.shown[0])
 
 
 def bar(axis: Axis, medium: TransferFunction) -> None:
@@ -53,13 +53,13 @@ def bar(axis: Axis, medium: TransferFunction) -> None:
     imgui.dummy(imgui.ImVec2(axis.width, height))
 
 
-def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curve:
-    """Show a slider for the curve's range, whose ends or whole range can be dragged; return the changed curve."""
-    ends = curve.points[0].value, curve.points[-1].value
-    if not (ends[1] > ends[0] and axis.width > 0):
-        return curve
+def track(axis: Axis, state: dict[str, Any], ends: Ends, bounds: Ends, rounded: Callable[[float], float]) -> Ends:
+    """Show a slider for the curve's range, whose ends or whole range can be dragged; return the changed ends."""
     start, height = imgui.get_cursor_screen_pos(), _TRACK * parts.scale()
-    aside = _REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
+    if not (ends[1] > ends[0] and axis.width > 0):
+        imgui.dummy(imgui.ImVec2(1, height))
+        return ends
+    aside = REACH * parts.scale()  # so that a handle at the end of the axis is fully visible and can be dragged
     imgui.set_cursor_screen_pos(imgui.ImVec2(axis.left - aside, start.y))
     imgui.invisible_button("range track", imgui.ImVec2(axis.width + 2 * aside, height))
     imgui.set_item_tooltip("drag an end of the range, or the whole range")
@@ -67,9 +67,18 @@ def track(axis: Axis, state: dict[str, Any], curve: Curve, bounds: Ends) -> Curv
     if imgui.is_item_activated():
         state["range hold"] = Hold.taken(ends, at, aside * (axis.shown[1] - axis.shown[0]) / axis.width)
     hold: Hold | None = state.get("range hold") if imgui.is_item_active() else None
-    wanted = hold.moved(at, bounds, _LEAST * (bounds[1] - bounds[0])) if hold else ends
-    _draw(axis, wanted, start.y, height, hold)
-    return curve if wanted == ends else curve.between(*wanted)
+    wanted = ends
+    if hold is not None and (imgui.get_io().mouse_delta.x or imgui.is_item_activated()):
+        moved = hold.moved(at, bounds, _LEAST * (bounds[1] - bounds[0]))
+        if moved != hold.ends:
+            wanted = rounded(moved[0]) if hold.low else ends[0], rounded(moved[1]) if hold.high else ends[1]
+    _draw(axis, ends, start.y, height, hold)
+    return wanted if wanted[0] < wanted[1] else ends
+
+
+def height() -> float:
+    """Return the height of the colour bar and the slider, with the spacing below each."""
+    return (_BAR + _TRACK) * parts.scale() + 2 * imgui.get_style().item_spacing.y
 
 
 def _draw(axis: Axis, ends: Ends, top: float, height: float, hold: Hold | None) -> None:

@@ -11,7 +11,7 @@ from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
-from texvol.window.panels import empty, parts, writing
+from texvol.window.panels import empty, film_over_time, parts, writing
 
 
 def show(desk: Desk) -> None:
@@ -32,6 +32,7 @@ def show(desk: Desk) -> None:
     _picture(desk, document)
     imgui.separator_text("Film: one turn")
     _film(desk, document)
+    film_over_time.show(desk, document)
 
 
 def _open(desk: Desk) -> None:

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 
 from texvol.window import commands
 from texvol.window.desk import Desk
-from texvol.window.panels import parts
+from texvol.window.panels import parts, readout
 from texvol.window.steering import BINDINGS, MOUSE
 
 _PLAIN = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_inputs
@@ -36,17 +36,15 @@ def messages(desk: Desk) -> None:
 
 
 def probed(desk: Desk) -> None:
-    """Show the probed value beside the cursor."""
-    found, document = desk.probed, desk.document
+    """Show the values of all volumes beside the cursor."""
+    found, document = desk.probed or desk.layout.hovered, desk.document
     if found is None or document is None:
         return
-    unit = document.scene.volume.unit
-    position = ", ".join(f"{part:.5g}" for part in found.point)
-    lines = [(f"value {found.value:.5g}", False), (f"at {position} {unit}".strip(), False)]
+    lines = [(line, False) for line in readout.lines(document.scene, found, index=True)]
     if np.isfinite(found.extinction):
-        lines.append((f"extinction {found.extinction:.4g} per {unit or 'unit'}", False))
+        lines.append((f"extinction {found.extinction:.4g} per {document.scene.volume.unit or 'unit'}", False))
     x, y = desk.steering.cursor
-    viewport = desk.viewport
+    viewport = desk.layout.area
     # On the side of the cursor with more room.
     beside = imgui.ImVec2(float(x > viewport.x + viewport.width / 2), float(y > viewport.y + viewport.height / 2))
     away = _AWAY * parts.scale()

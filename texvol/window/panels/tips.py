@@ -14,6 +14,7 @@ TIPS = {
     "Light": "lights, and how matter reflects them",
     "Cut": "crop box and clip planes",
     "Slices": "axial, coronal and sagittal slices (l)",
+    "Measure": "lengths, angles, boxes, profiles and labels in units of the world",
     "File": "open, save, pictures and films",
     # Medium
     "mode": "how values become a picture: emission and absorption, a surface, the greatest value, or an X-ray",
@@ -25,26 +26,40 @@ TIPS = {
     "automatic black and white": "black and white are the least and the greatest number of the picture",
     "centre": "number that is shown as middle grey",
     "width": "distance from black to white",
-    "##preset": "preset",
     "##volume": "volume whose transfer function is edited",
-    "logarithmic histogram": "rare values are seen beside frequent ones",
+    "##look": "look of the volume, with * if it was changed; choose another one from a list",
+    "##colours": "colours, from a list of colour maps; the opacity stays",
+    "##opacity": "opacity, from a list of shapes; the colours stay",
+    "reversed": "the colours of the high end come to the low end",
+    "steps": "as many colours with borders between them; 0 changes colours continuously",
+    "log": "logarithmic histogram: rare values are seen beside frequent ones",
     "opacity is per": "length of the path whose opacity the curve shows",
+    "##low": "least value of the curve, as --range LOW,HIGH; the points between move along",
+    "opacity x": "makes the volume so many times as dense, as --opacity",
     "colour": "colour of the selected point, or of the light",
     "value": "value of the selected point, in units of the data",
     "opaque": "the point hides everything behind it",
     "extinction /": "extinction of the selected point, for each unit of length",
     "opacity /": "opacity of the selected point, over this length",
-    "range": "least and greatest value of the curve; the points between move along",
-    "density": "multiplies the extinction of all points",
+    "range": "greatest value of the curve, as --range LOW,HIGH; the points between move along",
     "undo": "ctrl-z; beyond the first step, back to the scene before",
     "redo": "ctrl-shift-z",
-    "show all": "show every label",
-    "hide all": "hide every label; then switch some on",
+    "show all": "show every label that is listed",
+    "hide all": "hide every label that is listed",
+    "names …": "names and colours from a file: ITK-SNAP, FreeSurfer, 3D Slicer, FSL, or lines of label and name",
+    "##label opacity": "opacity of this label, over the distance of two samples",
     "##shown": "show or hide this label",
     # Scene
     "##color": "colour",
     "opacity": "from almost invisible to opaque",
+    "as labels": "values are names of parts, never mixed: each one gets a colour of its own",
     "fades in": "weights rise from 0 at the first value to 1 at the second",
+    # Time bar
+    "##step back": "the time step before (,)",
+    "##play": "play the time steps, or pause (space)",
+    "##step on": "the time step after (.)",
+    "##time step": "time step that is shown; ctrl-click to type one",
+    "steps/s": "most time steps per second while they are played",
     # View
     "projection": "orthographic keeps sizes, perspective makes what is near larger (o)",
     "turning": "a turntable keeps the vertical upright (t)",
@@ -84,6 +99,19 @@ TIPS = {
     # Slices
     "level": "value that is shown as middle grey",
     "window": "range of values from black to white",
+    "2 x 2": "axial, coronal and sagittal slices beside the 3D view (g)",
+    "3D alone": "the 3D view without slices beside it (g)",
+    "further volumes": "opacity of further volumes over the first one",
+    "outlines in 3D": "where the slices are in the 3D view",
+    "slices in 3D": "the slices themselves in the 3D view",
+    "turn about it": "the 3D view turns about the point of the crosshair",
+    "whole slices": (
+        "zoom and position as at first. In a slice: drag with the left button to move the crosshair, with the middle\n"
+        "button to move the slice, with the right button to change window and level; turn the wheel to go through\n"
+        "the slices, with ctrl to zoom; double click to enlarge it."
+    ),
+    # Measure
+    "##shown measure": "drawn into pictures, or only listed",
     # Foot
     "details": "error, slabs, size and time of the picture, and what is modelled",
     # File

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from texvol.formats.readers.detection import STORES, format_of
+from texvol.formats.readers.detection import STORES, format_of, located
 from texvol.formats.readers.loading import axis_length, checked, named_faults, read, volume_of
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.formats.readers.samples import Choice, FileFault, Samples, TimeSteps
@@ -60,6 +60,7 @@ def open_file(path: str, output: str = "", *, every_step: bool = False, **option
     with named_faults(path, "a volume", "formats"):
         if choice.color:
             raise FileFault("a store holds no colours: leave --color out, and red, green and blue become channels")
+        path, choice = located(path, choice)
         kind = format_of(path, choice)
     one = _File(path, kind, choice, output)
     image = one.recording(every_step)

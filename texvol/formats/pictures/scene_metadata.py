@@ -12,6 +12,7 @@ The attribute "texvol:scene" is a JSON object, as exact as the scene: Python wri
     colors                                  "transfer function" if 8 bits show numbers in its colours
     settings                                arguments of `Renderer.render`; none from the oracle
     window                                  (centre, width) in which 8 bits show numbers as grey
+    measures                                kind, points and so on of each measure
 
 Positions are those of the moved volume; `source` has its transform. Keys without a meaning for a scene are left out.
 """
@@ -65,7 +66,7 @@ def scene_metadata(
     settings : mapping
         `Renderer.settings`: arguments with which `Renderer.render` draws the picture again.
     display : mapping
-        `window`, for a picture of numbers.
+        `window`, for a picture of numbers, and `measures`.
     checksum : bool
         If True, add checksums of the values, which takes as long as reading them.
     """

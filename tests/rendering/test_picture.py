@@ -1,0 +1,173 @@
+"""Pictures that know their scene and error, and stay arrays."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import texvol
+from texvol.comparison.pictures import read_picture
+from texvol.formats.pictures import image
+from texvol.provenance.stored_scene import stored_scene_of
+from texvol.scene.camera import Camera
+
+AXIS = np.linspace(-1, 1, 24)
+Z, Y, X = np.meshgrid(AXIS, AXIS, AXIS, indexing="ij")
+BALL = np.exp(-3 * (X * X + Y * Y + Z * Z)).astype(np.float32)
+SIZE = (48, 32)
+
+
+@pytest.fixture(scope="module")
+def scene() -> texvol.Scene:
+    return texvol.Scene(texvol.Volume(BALL, name="ball"), "viridis", background=(0.2, 0.1, 0.4))
+
+
+@pytest.fixture
+def picture(scene: texvol.Scene) -> texvol.Picture:
+    with texvol.Renderer() as renderer:
+        return renderer.render(scene, SIZE, sampling_rate=1)
+
+
+def test_a_picture_is_an_array(picture: texvol.Picture) -> None:
+    assert isinstance(picture, np.ndarray)
+    assert picture.shape == (32, 48, 4)
+    assert picture.dtype == np.float32
+
+
+@pytest.mark.parametrize(
+    "compute",
+    [
+        lambda p: p * 2, lambda p: p + p, lambda p: np.sqrt(p), lambda p: p[4:8], lambda p: p[..., 3],
+        lambda p: p.max(axis=2), lambda p: np.concatenate([p, p]), lambda p: np.clip(p, 0, 1), lambda p: np.abs(p - p),
+        lambda p: p[3, 4, 0], lambda p: pickle.loads(pickle.dumps(p)),
+    ],
+)  # fmt: skip
+def test_what_is_computed_of_it_claims_nothing(picture: texvol.Picture, compute) -> None:
+    found, plain = compute(picture), compute(np.asarray(picture))
+    assert not isinstance(found, texvol.Picture)
+    np.testing.assert_array_equal(found, plain)
+
+
+@pytest.mark.parametrize("make", [lambda p: p.copy(), copy.copy, copy.deepcopy, lambda p: p.astype(np.float64)])
+def test_a_copy_knows_as_much(picture: texvol.Picture, make) -> None:
+    assert make(picture).scene is picture.scene is not None
+
+
+@pytest.mark.parametrize("change", ["scale", "set", "fill by ufunc"])
+def test_a_changed_picture_is_no_longer_of_its_scene(picture: texvol.Picture, change: str) -> None:
+    if change == "scale":
+        picture *= 2
+    elif change == "set":
+        picture[3] = 0
+    else:
+        np.add(picture, 1, out=picture)
+    assert picture.scene is None
+    assert picture.error is None
+    assert picture.settings == {}
+
+
+def test_its_scene_and_settings_draw_it_again(picture: texvol.Picture) -> None:
+    assert picture.scene is not None
+    again = texvol.render(picture.scene, SIZE, **picture.settings)
+    np.testing.assert_array_equal(again, picture)
+
+
+def test_stats_are_those_of_the_picture_and_not_of_a_later_one(scene: texvol.Scene) -> None:
+    with texvol.Renderer() as renderer:
+        coarse = renderer.render(scene, SIZE, sampling_rate=0.25)
+        direct = renderer.stats["estimated_error"]
+        fine = renderer.render(scene, SIZE, sampling_rate=4)
+        assert coarse.stats["slab_thickness"] == pytest.approx(4)
+        assert fine.stats is renderer.stats
+    assert coarse.error == pytest.approx(direct, rel=1e-6)
+    assert fine.error is not None
+    assert coarse.error is not None
+    assert fine.error < coarse.error / 4
+
+
+def test_the_error_is_at_least_the_true_one(picture: texvol.Picture) -> None:
+    assert picture.scene is not None
+    truth = texvol.raycast(picture.scene, SIZE)
+    assert picture.error is not None
+    assert np.abs(picture - truth).max() <= 1.5 * picture.error
+    assert picture.error < 0.1
+
+
+def test_an_error_that_was_asked_for_is_known_without_drawing(scene: texvol.Scene, monkeypatch) -> None:
+    picture = texvol.render(scene, SIZE, max_error=0.01)
+    monkeypatch.setattr(texvol.Renderer, "render", lambda *_, **__: pytest.fail("drawn again"))
+    assert picture.error is not None
+    assert picture.error <= 0.01
+
+
+def test_a_file_is_that_of_the_command(picture: texvol.Picture, tmp_path: Path) -> None:
+    for name in ("a.exr", "a.png"):
+        picture.save(tmp_path / name)
+    np.testing.assert_array_equal(image.read(tmp_path / "a.exr"), picture)
+    pixels = np.rint(image.read(tmp_path / "a.png") * 255)
+    np.testing.assert_array_equal(pixels[..., :3], picture.to_srgb())
+    assert picture.scene is not None
+    header = read_picture(tmp_path / "a.exr").attributes
+    stored = stored_scene_of(header, name="a.exr", volume=picture.scene.volume)
+    np.testing.assert_array_equal(texvol.render(stored.scene, SIZE, **stored.settings), picture)
+
+
+def test_a_picture_of_numbers_is_saved_in_a_window(scene: texvol.Scene, tmp_path: Path) -> None:
+    picture = texvol.render(scene.replace(mode="mip"), SIZE)
+    picture.save(tmp_path / "mip.png", window=(0.5, 1.0))
+    pixels = image.read(tmp_path / "mip.png")
+    middle, value = pixels[16, 24, 0], float(picture[16, 24, 0])
+    assert middle == pytest.approx(value, abs=1 / 255)  # the encoded grey is linear in the value
+
+
+def test_a_wrong_name_is_refused(picture: texvol.Picture, tmp_path: Path) -> None:
+    with pytest.raises(texvol.InputError, match="must end with one of"):
+        picture.save(tmp_path / "a.bmp")
+
+
+def test_a_notebook_shows_it(picture: texvol.Picture, tmp_path: Path) -> None:
+    (tmp_path / "shown.png").write_bytes(picture._repr_png_())
+    np.testing.assert_array_equal(np.rint(image.read(tmp_path / "shown.png")[..., :3] * 255), picture.to_srgb())
+    assert repr(picture) == str(picture) == "<Picture 48x32 of ball, error not estimated yet>"
+
+
+def test_transparent_colours_are_straight(scene: texvol.Scene) -> None:
+    picture = texvol.render(scene.replace(background=(0, 0, 0)), SIZE)
+    straight = picture.to_srgb(transparent=True)
+    assert straight.shape == (32, 48, 4)
+    assert straight[0, 0, 3] == 0
+    assert straight[16, 24, 3] > 0
+
+
+@pytest.mark.parametrize("mode", ["composite", "mip"])
+def test_matplotlib_shows_it_in_srgb(scene: texvol.Scene, mode: str) -> None:
+    figure = pytest.importorskip("matplotlib.figure").Figure()
+    picture = texvol.render(scene.replace(mode=mode), SIZE)
+    before = np.asarray(picture).copy()
+    drawn = figure.subplots().imshow(picture)
+    assert np.abs(255 * np.asarray(drawn.get_array()) - picture.to_srgb()).max() <= 0.51
+    np.testing.assert_array_equal(picture, before)
+    masked = np.ma.masked_invalid(picture)  # nobody else is given other numbers
+    np.testing.assert_array_equal(masked.data, before)
+
+
+def test_a_loop_goes_once_around(scene: texvol.Scene) -> None:
+    with texvol.Renderer() as renderer:
+        pictures = list(renderer.orbit(scene, 4, SIZE, sampling_rate=1))
+        eyes = [np.subtract(each.scene.camera.eye, scene.volume.centre) for each in pictures]
+        np.testing.assert_allclose(eyes[0] + eyes[2], 2 * np.mean(eyes, axis=0), atol=1e-6)
+        assert len({each.tobytes() for each in pictures}) == 4
+        with pytest.raises(texvol.InputError, match="whole number of at least 1, got 0"):
+            next(renderer.orbit(scene, 0))
+
+
+def test_a_loop_keeps_a_given_camera(scene: texvol.Scene) -> None:
+    camera = Camera.perspective((90, 3, 40), (11, 11, 11), (0, 0, 1))
+    with texvol.Renderer() as renderer:
+        first = next(renderer.orbit(scene.replace(camera=camera), 3, SIZE, sampling_rate=1))
+    assert first.scene is not None
+    assert first.scene.camera == camera

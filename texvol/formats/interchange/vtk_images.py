@@ -1,0 +1,78 @@
+"""Volumes from and to the images of pyvista and VTK (ImageData)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.volume import Volume
+from texvol.util.errors import InputError, missing_library
+
+
+def from_pyvista(
+    image: Any, *, scalars: str | None = None, name: str = "image", labels: bool = False, value_unit: str = ""
+) -> Volume:
+    """Return the volume of an ImageData of pyvista or VTK; its samples are not copied.
+
+    Parameters
+    ----------
+    scalars : str, optional
+        Name of the array; the active one by default, or the only one. Values of cells lie in their middles.
+
+    Raises
+    ------
+    InputError
+        If it is no ImageData, has no such array, or one of several components.
+    """
+    if not image.IsA("vtkImageData"):
+        advice = "pyvista's resample, or texvol.load of its file, makes one of other grids"
+        raise InputError(f"{name}: a volume must be an ImageData, got {image.GetClassName()}; {advice}")
+    values, of_cells = _samples(image, scalars, name)
+    extent = np.array(image.GetExtent()).reshape(3, 2)
+    counts = extent[:, 1] - extent[:, 0] + (0 if of_cells else 1)
+    direction = image.GetDirectionMatrix()
+    matrix = np.array([[direction.GetElement(row, column) for column in range(3)] for row in range(3)])
+    spacing = np.array(image.GetSpacing())
+    first = extent[:, 0] + (0.5 if of_cells else 0.0)
+    origin = np.array(image.GetOrigin()) + matrix @ (spacing * first)
+    return Volume(
+        values.reshape(counts[::-1]), spacing.tolist(), origin.tolist(), matrix,
+        name=name, labels=labels, value_unit=value_unit,
+    )  # fmt: skip
+
+
+def to_pyvista(volume: Volume) -> Any:
+    """Return the volume as an ImageData of pyvista, with its samples at the points, not copied."""
+    try:
+        import pyvista
+    except ImportError as error:
+        raise missing_library("pyvista", "an image of pyvista") from error
+    whole = volume.whole
+    image = pyvista.ImageData(
+        dimensions=whole.dimensions, spacing=whole.spacing, origin=whole.origin, direction_matrix=whole.direction
+    )
+    image.point_data[volume.name] = whole.values.ravel()
+    return image
+
+
+def _samples(image: Any, wanted: str | None, name: str) -> tuple[NDArray, bool]:
+    """Return the values of an array, in the order of x, y, z, and whether they are of cells."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    parts = (image.GetPointData(), image.GetCellData())
+    named = [(part, part.GetArrayName(number)) for part in parts for number in range(part.GetNumberOfArrays())]
+    chosen = [(part, part.GetScalars()) for part in parts if part.GetScalars() is not None]
+    if wanted is not None:
+        chosen = [(part, part.GetArray(each)) for part, each in named if each == wanted]
+    elif not chosen and len(named) == 1:
+        chosen = [(named[0][0], named[0][0].GetArray(0))]
+    if not chosen:
+        listed = ", ".join(each for _, each in named) or "none"
+        raise InputError(f"{name}: scalars must name one of its arrays ({listed}), got {wanted!r}")
+    part, array = chosen[0]
+    if array.GetNumberOfComponents() != 1:
+        count = array.GetNumberOfComponents()
+        raise InputError(f"{name}: the array {array.GetName()} must have 1 component, got {count}")
+    return vtk_to_numpy(array), part is parts[1]

@@ -1,0 +1,245 @@
+"""Picture: an array of a drawn scene that knows what it shows and how far it may be off."""
+
+from __future__ import annotations
+
+import os
+import sys
+import weakref
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.formats.pictures import image
+from texvol.formats.pictures.scene_metadata import scene_metadata
+from texvol.scene.display import Window, found_window, shown
+from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.util import writing
+from texvol.util.color import srgb_from_linear
+
+_DRAWS_IMAGES = "matplotlib.image"
+_CALLS_BETWEEN = 4  # from there to `view`: set_data, safe_masked_invalid, masked_where
+
+
+class Draws(Protocol):
+    """Renderer, as a picture needs it."""
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report of the last picture."""
+
+    @property
+    def last(self) -> Drawn | None:
+        """Scene and settings of the last picture, while they can be asked about."""
+
+
+@dataclass(eq=False)
+class Drawn:
+    """Scene and settings that a picture was drawn from.
+
+    Parameters
+    ----------
+    scene : Scene
+        With its camera, transfer function and classification.
+    settings : dict
+        Arguments of `Renderer.render` that draw it again.
+    attributes : mapping
+        Further entries of a file's header.
+    error : float, optional
+        Estimated error, if it was found while drawing.
+    again : callable
+        Draws the scene again, and returns the report.
+    """
+
+    scene: Scene
+    settings: dict[str, Any]
+    attributes: Mapping[str, str]
+    error: float | None
+    again: Callable[[], dict[str, Any]]
+    renderer: weakref.ReferenceType[Draws] | None = None
+    known: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report of the drawing; see `Picture.stats`."""
+        if not self.known:
+            renderer = self.renderer() if self.renderer is not None else None
+            self.known = renderer.stats if renderer is not None and renderer.last is self else self.again()
+        return self.known
+
+
+def drawn_again(
+    make: Callable[[], Any], scene: Scene, size: tuple[int, int], settings: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Draw a scene by a renderer that `make` returns, and return the report."""
+    with make() as renderer:
+        renderer.render(scene, size, **settings)
+        report: dict[str, Any] = renderer.stats
+        return report
+
+
+class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
+    """Picture of a scene, an array of shape (height, width, 4): linear light, premultiplied, top row first.
+
+    Computing with it gives plain arrays; a copy knows as much as the picture itself. It keeps its scene in memory.
+    `plt.imshow(picture)` shows it in sRGB over its background, as a file of it does.
+    """
+
+    drawn: Drawn | None
+
+    @classmethod
+    def of(cls, array: NDArray[np.floating], drawn: Drawn) -> Picture:
+        """Return the array as the picture of what was drawn."""
+        picture = array.view(cls)
+        picture.drawn = drawn
+        return picture
+
+    def __array_finalize__(self, other: Any) -> None:
+        same = isinstance(other, Picture) and other.shape == self.shape
+        self.drawn = getattr(other, "drawn", None) if same else None
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, out: Any = (), **named: Any) -> Any:
+        """Compute with plain arrays; a picture that is changed in place is no longer one of its scene."""
+        plain = tuple(_plain(each) for each in inputs)
+        if out:
+            for each in out:
+                if isinstance(each, Picture):
+                    each.drawn = None
+            named["out"] = tuple(_plain(each) for each in out)
+        found = getattr(ufunc, method)(*plain, **named)
+        return out[0] if len(out) == 1 else found
+
+    def __getitem__(self, key: Any) -> Any:
+        return _plain(self)[key]
+
+    def __setitem__(self, key: Any, content: Any) -> None:
+        self.drawn = None
+        super().__setitem__(key, content)
+
+    def __reduce__(self) -> Any:
+        """Go to other processes and files as a plain array: the scene may be gigabytes."""
+        return _plain(self).__reduce__()
+
+    def __deepcopy__(self, memo: dict[int, Any] | None) -> Picture:
+        return self.copy()
+
+    def view(self, *how: Any, **named: Any) -> Any:
+        """Return a view, as of any array.
+
+        matplotlib takes images for straight sRGB colours and has no way to be told otherwise, but asks every array for
+        a masked view, which is answered with such colours.
+        """
+        if how and how[0].__name__ == "MaskedArray" and _is_asked_by_matplotlib():
+            return _shown_by_matplotlib(self).view(*how, **named)
+        return super().view(*how, **named)
+
+    @property
+    def scene(self) -> Scene | None:
+        """Scene of the picture, with its camera, transfer function and classification; None once it was changed."""
+        return None if self.drawn is None else self.drawn.scene
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Arguments of `Renderer.render` that draw the picture again."""
+        return {} if self.drawn is None else dict(self.drawn.settings)
+
+    @property
+    def stats(self) -> dict[str, Any]:
+        """Report in JSON types, as `Renderer.stats`, found when first asked for.
+
+        If the renderer has drawn another picture or was closed meanwhile, the picture is drawn once more for it, and
+        the seconds are those of that.
+        """
+        return {} if self.drawn is None else self.drawn.stats
+
+    @property
+    def error(self) -> float | None:
+        """Estimated maximum absolute error against the integral of the picture's classification; None if unknown."""
+        if self.drawn is None or self.drawn.error is not None:
+            return None if self.drawn is None else self.drawn.error
+        found: float | None = self.stats.get("estimated_error")
+        return found
+
+    def to_srgb(self, *, transparent: bool = False, window: Window | None = None) -> NDArray[np.uint8]:
+        """Return the picture in sRGB, shape (height, width, 3), or (height, width, 4) with straight colour.
+
+        Parameters
+        ----------
+        transparent : bool
+            True to keep the opacity, where the scene's background is black.
+        window : (centre, width), optional
+            Numbers that are black to white, of the modes xray, mip, minip and average; found by default.
+        """
+        return image.eight_bits(self._colors(window), transparent)
+
+    def save(self, path: str | os.PathLike[str], *, transparent: bool = False, window: Window | None = None) -> None:
+        """Write an EXR (the numbers as they are), PNG or JPEG; the header has the scene, if it is known.
+
+        Raises
+        ------
+        InputError
+            If the name ends otherwise, or the file can't be written.
+        """
+        image.check_writable(path)
+        is_exact = Path(path).suffix.lower() == ".exr"
+        if self._holds_numbers and not is_exact and window is None:
+            window = found_window(_plain(self), self._scene)
+        metadata: dict[str, str] = {}
+        if self.drawn is not None:
+            display = {"window": window} if self._holds_numbers and window is not None else {}
+            name, how = self._scene.volume.name, {"settings": self.settings, "display": display}
+            metadata = dict(self.drawn.attributes) | scene_metadata(name, self._scene, **how, checksum=is_exact)
+        pixels = _plain(self) if is_exact else self._colors(window)
+        writing.write_files({path: image.encoded(path, pixels, metadata, transparent=transparent)})
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture as a notebook shows it."""
+        return image.encoded("picture.png", self._colors(None), quick=True)
+
+    def __repr__(self) -> str:
+        if self.drawn is None or self.ndim != 3:
+            return np.ndarray.__repr__(_plain(self))
+        error = "not estimated yet" if self.drawn.error is None else f"{self.drawn.error:.2g}"
+        return f"<Picture {self.shape[1]}x{self.shape[0]} of {self._scene.volume.name}, error {error}>"
+
+    __str__ = __repr__
+
+    @property
+    def _scene(self) -> Scene:
+        assert self.drawn is not None
+        return self.drawn.scene
+
+    @property
+    def _holds_numbers(self) -> bool:
+        return self.drawn is not None and self.drawn.scene.mode in NUMBER_MODES
+
+    def _colors(self, window: Window | None) -> NDArray[np.float32]:
+        """Return linear premultiplied colours."""
+        return shown(_plain(self), self._scene, window=window) if self._holds_numbers else _plain(self)
+
+
+def _plain(thing: Any) -> Any:
+    """Return a picture as a plain array, and anything else as it is."""
+    return thing.view(np.ndarray) if isinstance(thing, Picture) else thing
+
+
+def _is_asked_by_matplotlib() -> bool:
+    """True if a function of matplotlib's images is among the last callers."""
+    if _DRAWS_IMAGES not in sys.modules:
+        return False
+    frame = sys._getframe(2)
+    for _ in range(_CALLS_BETWEEN):
+        if frame.f_globals.get("__name__") == _DRAWS_IMAGES:
+            return True
+        if frame.f_back is None:
+            return False
+        frame = frame.f_back
+    return False
+
+
+def _shown_by_matplotlib(picture: Picture) -> NDArray[np.float32]:
+    """Return the picture in sRGB from 0 to 1, over its background."""
+    return srgb_from_linear(picture._colors(None)[..., :3]).astype(np.float32)

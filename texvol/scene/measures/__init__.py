@@ -1,0 +1,1 @@
+"""Measures of a scene: ruler, angle, box and profile, with their values."""

@@ -1,0 +1,213 @@
+"""JSON of ParaView, VTK and 3D Slicer, as curves of colour and opacity."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from texvol.scene.transfer.foreign.color_spaces import SPACES
+from texvol.scene.transfer.foreign.content import Content, Length
+from texvol.scene.transfer.foreign.curves import Curve, Node, nodes_of
+from texvol.util.errors import InputError
+
+CELL = "per mean edge of the volume's cells (its diagonal over the cube root of their number), ParaView's own default"
+_VTK_SPACES = ("RGB", "HSV", "Lab", "Diverging", "Lab/CIEDE2000", "Step")  # vtkColorTransferFunction's numbers
+_RAISED = ("Ambient", "Diffuse", "Specular", "SpecularPower")
+
+
+def read(parsed: Any) -> Content | None:
+    """Return the content of a parsed JSON text; None if it is of no known program."""
+    if isinstance(parsed, list) and len(parsed) >= 1 and all(isinstance(each, dict) for each in parsed):
+        maps = [each for each in parsed if "RGBPoints" in each or "IndexedColors" in each]
+        if len(maps) > 1:
+            names = ", ".join(str(each.get("Name", "?")) for each in maps[:6])
+            raise InputError(f"must have one colour map, got {len(maps)}: {names}")
+        parsed = maps[0] if maps else parsed
+    if not isinstance(parsed, dict):
+        return None
+    if "RGBPoints" in parsed or "IndexedColors" in parsed:
+        return _paraview(parsed)
+    if "volumeProperties" in parsed:
+        return _slicer(parsed)
+    states = parsed.get("states", parsed)
+    if isinstance(states, dict):
+        objects = {str(key): each for key, each in states.items() if isinstance(each, dict) and "ClassName" in each}
+        if "ClassName" in parsed:
+            objects = {"0": parsed}
+        if objects:
+            return _vtk(objects)
+    return None
+
+
+def _paraview(fields: dict[str, Any]) -> Content:
+    """Return the content of a colour map of ParaView, vtk.js or VTK's `Name`, `ColorSpace`, `RGBPoints`, `Points`."""
+    if "RGBPoints" not in fields:
+        raise InputError("is a list of colours for categories, and a transfer function needs RGBPoints")
+    space = str(fields.get("ColorSpace", "RGB"))
+    if space == "HSV" and fields.get("HSVWrap", True):
+        space = "HSV wrapped"
+    if space not in SPACES:
+        raise InputError(f"ColorSpace must be one of {', '.join(_without_wrapped())}, got {space!r}")
+    numbers = _floats(fields["RGBPoints"], "RGBPoints")
+    nodes = nodes_of(numbers, 3, "RGBPoints")
+    is_logarithmic = bool(fields.get("UseLogScale", False))
+    if is_logarithmic and not nodes[0].value > 0:
+        raise InputError(f"values of RGBPoints must be above 0 with UseLogScale, got {nodes[0].value:g}")
+    color = Curve(nodes, SPACES[space], logarithmic=is_logarithmic)
+    opacity = None
+    if fields.get("Points"):
+        points = _floats(fields["Points"], "Points")
+        # ParaView has four numbers for each point, VisRTX writes two.
+        is_shaped = len(points) % 4 == 0
+        opacity = Curve(nodes_of(points, 1, "Points", shaped=is_shaped))
+    return Content(color, opacity, Length("cell", 1.0, CELL))
+
+
+def _without_wrapped() -> list[str]:
+    return [name for name in SPACES if " " not in name]
+
+
+def _slicer(fields: dict[str, Any]) -> Content:
+    """Return the content of 3D Slicer's .vp.json; of several properties and components the first, as Slicer does."""
+    properties = fields["volumeProperties"]
+    where = "volumeProperties"
+    first = _object(properties[0] if isinstance(properties, list) and properties else None, where)
+    components = first.get("components")
+    part = _object(components[0] if isinstance(components, list) and components else None, "components")
+    if "rgbTransferFunction" in part:
+        color = Curve(_slicer_nodes(part, "rgbTransferFunction", "color"))
+    else:
+        greys = _slicer_nodes(part, "grayTransferFunction", "y")
+        color = Curve([each._replace(numbers=np.repeat(each.numbers, 3)) for each in greys])
+    opacity = Curve(_slicer_nodes(part, "scalarOpacity", "y"))
+    keys: dict[str, Any] = {}
+    if part.get("shade"):
+        light = _object(part.get("lighting", {}), "lighting")
+        names = ("ambient", "diffuse", "specular", "specularPower")
+        keys |= lit(*(_float(light.get(name, 0.0), name) for name in names))
+    notes: tuple[str, ...] = ()
+    if "gradientOpacity" in part and not part.get("disableGradientOpacity"):
+        more, notes = by_gradient(_slicer_nodes(part, "gradientOpacity", "y"))
+        keys |= more
+    if len(properties) > 1:
+        notes += (f"the first of its {len(properties)} volume properties is taken",)
+    unit = _float(part.get("scalarOpacityUnitDistance"), "scalarOpacityUnitDistance")
+    return Content(color, opacity, Length(amount=unit), keys, notes)
+
+
+def _slicer_nodes(part: dict[str, Any], key: str, of: str) -> list[Node]:
+    points = _object(part.get(key), key).get("points")
+    if not isinstance(points, list) or not points:
+        raise InputError(f"{key} must have a list of points")
+    flat: list[float] = []
+    width = 3 if of == "color" else 1
+    for each in points:
+        point = _object(each, f"a point of {key}")
+        numbers = point.get(of)
+        several = _floats(numbers if isinstance(numbers, list) else [numbers], f"{of} of {key}")
+        if len(several) != width:
+            raise InputError(f"{of} of {key} must have {width} numbers, got {len(several)}")
+        shape = [_float(point.get(name, default), name) for name, default in (("midpoint", 0.5), ("sharpness", 0.0))]
+        flat += [_float(point.get("x"), f"x of {key}"), *several, *shape]
+    return nodes_of(flat, width, key, shaped=True)
+
+
+def _vtk(objects: dict[str, dict[str, Any]]) -> Content:
+    """Return the content of the states that VTK's object manager exports, which lack midpoints and sharpness."""
+    named = {str(each.get("Id", key)): each for key, each in objects.items()}
+    properties = [each for each in named.values() if each["ClassName"].endswith("VolumeProperty")]
+    if not properties:
+        colors = [each for each in named.values() if str(each["ClassName"]).endswith("ColorTransferFunction")]
+        if len(colors) != 1:
+            raise InputError("must have a vtkVolumeProperty, or one vtkColorTransferFunction")
+        return Content(_vtk_color(colors[0]), None, Length())
+    if len(properties) > 1:
+        raise InputError(f"must have one vtkVolumeProperty, got {len(properties)}")
+    of = properties[0]
+    color = _vtk_color(_linked(of, "RGBTransferFunction", named))
+    opacity = Curve(nodes_of(_vtk_data(_linked(of, "ScalarOpacityFunction", named)), 1, "ScalarOpacityFunction"))
+    keys: dict[str, Any] = {}
+    if _first(of.get("Shade")):
+        keys |= lit(*(_float(_first(of.get(name)), name) for name in _RAISED))
+    notes: tuple[str, ...] = ()
+    if _first(of.get("GradientOpacityFunction")) and not _first(of.get("DisableGradientOpacity")):
+        data = _vtk_data(_linked(of, "GradientOpacityFunction", named))
+        more, notes = by_gradient(nodes_of(data, 1, "GradientOpacityFunction"))
+        keys |= more
+    unit = _float(_first(of.get("ScalarOpacityUnitDistance")), "ScalarOpacityUnitDistance")
+    return Content(color, opacity, Length(amount=unit), keys, notes)
+
+
+def _vtk_color(state: dict[str, Any]) -> Curve:
+    number = int(_float(state.get("ColorSpace", 0), "ColorSpace"))
+    space = _VTK_SPACES[number] if 0 <= number < len(_VTK_SPACES) else str(number)
+    if space == "HSV" and state.get("HSVWrap", True):
+        space = "HSV wrapped"
+    if space not in SPACES:
+        raise InputError(f"ColorSpace must be one of {', '.join(_without_wrapped())}, got {space}")
+    return Curve(nodes_of(_vtk_data(state), 3, "vtkColorTransferFunction"), SPACES[space])
+
+
+def _vtk_data(state: dict[str, Any]) -> list[float]:
+    return _floats(state.get("Data"), f"Data of {state.get('ClassName')}")
+
+
+def _linked(of: dict[str, Any], key: str, named: dict[str, dict[str, Any]]) -> dict[str, Any]:
+    link = _first(of.get(key))
+    found = named.get(str(link.get("Id"))) if isinstance(link, dict) else None
+    if found is None:
+        raise InputError(f"its {key} must name a state in the file, got {link!r}")
+    return found
+
+
+def _first(thing: Any) -> Any:
+    return thing[0] if isinstance(thing, list) and thing else thing
+
+
+def lit(ambient: float, diffuse: float, specular: float, shininess: float) -> dict[str, Any]:
+    """Return the keys of a look lit from the eye, as VTK's volumes are by default, from both sides."""
+    shading = {"ambient": ambient, "diffuse": diffuse, "specular": specular, "shininess": max(shininess, 1.0)}
+    return {"light": ["head"], **shading, "two-sided": True}
+
+
+def by_gradient(nodes: Sequence[Node]) -> tuple[dict[str, Any], tuple[str, ...]]:
+    """Return the keys of an opacity by gradient magnitude, and notes; nothing if it is 1 everywhere."""
+    if all(float(each.numbers[0]) == 1 for each in nodes):
+        return {}, ()
+    if not nodes[0].value >= 0:
+        raise InputError(f"gradient magnitudes must not be negative, got {nodes[0].value:g}")
+    curve = Curve(nodes)
+    pairs: list[list[float]] = []
+    for low, high in zip(curve.knots[:-1], curve.knots[1:], strict=True):
+        function = curve.inside(low, high)
+        count = 2 if nodes[0].sharpness == 0 and all(each.sharpness == 0 for each in nodes) else 17
+        for value in np.linspace(low, high, count):
+            pairs.append([float(value), float(function(float(value))[0])])
+    if not pairs:
+        pairs = [[nodes[0].value, float(nodes[0].numbers[0])]]
+    ascending = [pairs[0]]
+    for pair in pairs[1:]:
+        if pair[0] > ascending[-1][0]:
+            ascending.append(pair)
+    note = "its opacity by gradient is taken as a factor of the extinction, per mean spacing of samples as VTK does"
+    return {"gradient": ascending, "gradients": "voxel"}, (note,)
+
+
+def _object(thing: Any, what: str) -> dict[str, Any]:
+    if not isinstance(thing, dict):
+        raise InputError(f"{what} must be an object, got {thing!r:.60}")
+    return thing
+
+
+def _float(thing: Any, what: str) -> float:
+    if isinstance(thing, bool) or not isinstance(thing, int | float):
+        raise InputError(f"{what} must be a number, got {thing!r:.60}")
+    return float(thing)
+
+
+def _floats(things: Any, what: str) -> list[float]:
+    if not isinstance(things, list):
+        raise InputError(f"{what} must be a list of numbers, got {things!r:.60}")
+    return [_float(each, what) for each in things]

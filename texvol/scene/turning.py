@@ -1,0 +1,33 @@
+"""Scenes seen from all around, for films and loops over pictures."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Iterator
+from dataclasses import replace
+
+from texvol.scene import orbit
+from texvol.scene.framing import framed
+from texvol.scene.scene import Scene
+from texvol.util.errors import InputError
+
+
+def views_around(scene: Scene, count: int, size: tuple[int, int]) -> Iterator[Scene]:
+    """Return an iterator over a scene's views from `count` sides, evenly once around; the first is its own.
+
+    A scene without a camera is framed so that what shows stays in pictures of `size` (width, height) from all sides.
+
+    Raises
+    ------
+    InputError
+        If the count is not a whole number of at least 1.
+    """
+    try:
+        number = operator.index(count)
+    except TypeError:
+        number = 0
+    if number < 1:
+        raise InputError(f"count of views must be a whole number of at least 1, got {count!r}")
+    seen = scene.looked
+    camera = scene.camera or framed(seen, aspect=size[0] / size[1], turning=True)
+    return (replace(seen, camera=orbit.turned(camera, 360 * view / number)) for view in range(number))

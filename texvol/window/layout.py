@@ -1,0 +1,183 @@
+"""Layout of the picture area: the 3D view alone, or beside axial, coronal and sagittal slices.
+
+The four views are of one size (2 x 2), or one of them is large and the others stand in a column at its right. All
+slices go through one point of the world, the crosshair; they have one zoom, and one point in the middle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
+from texvol.window.probe import Found
+from texvol.window.slice_views import SliceView
+from texvol.window.slices import NAMES, Slice, slices_of, typical_window
+from texvol.window.steering import Viewport
+
+PICTURE = "3D"
+VIEWS = ("axial", PICTURE, "coronal", "sagittal")  # 2 x 2, row by row
+MODES = (PICTURE, "2x2", *NAMES)  # words of the command; a name makes that slice the large one
+_GAP = 2.0  # window coordinates at scale 1
+_COLUMN = 0.3  # width of the column beside the large view, of the area's width
+_WIDEST = 1.3  # width of a view in the column, of its height
+_ZOOMS = 0.25, 64.0
+
+
+@dataclass
+class Layout:
+    """State of the layout, and what all slices have in common.
+
+    Attributes
+    ----------
+    shown : bool
+        True if slices are shown beside the 3D view.
+    large : str
+        Name of the large view, of VIEWS; "" if all are of one size.
+    area : Viewport
+        Rectangle of all views in the window.
+    rectangles : dict
+        Rectangle of each shown view, by name.
+    planes, pictures : bool
+        True if the 3D view shows the outlines of the slices; and the slices themselves.
+    opacity : float
+        Opacity of further volumes over the first one, from 0 to 1.
+    volume : Volume, optional
+        Volume that is sliced, the first of the scene; the next three belong to it.
+    slices : dict
+        Orientation of each slice, by name.
+    index : array of shape (3)
+        Crosshair, in grid indices of the volume.
+    window : (centre, width)
+        Values from black to white.
+    zoom : float
+        Magnification; at 1 all of the volume fits in a view.
+    middle : array of shape (3), optional
+        World point in the middle of all slices; by default the middle of the volume.
+    hovered : Found, optional
+        Values under the mouse on a slice, if the probe is on.
+    views : dict
+        Views of the slices of the last frame, by name, for positions in the window.
+    """
+
+    shown: bool = False
+    large: str = ""
+    area: Viewport = field(default_factory=lambda: Viewport(0, 0, 1, 1))
+    rectangles: dict[str, Viewport] = field(default_factory=dict)
+    planes: bool = True
+    pictures: bool = False
+    opacity: float = 0.5
+    volume: Volume | None = None
+    slices: dict[str, Slice] = field(default_factory=dict)
+    index: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    window: tuple[float, float] = (0.5, 1.0)
+    zoom: float = 1.0
+    middle: NDArray[np.float64] | None = None
+    hovered: Found | None = None
+    views: dict[str, SliceView] = field(default_factory=dict)
+
+    def arrange(self, area: Viewport, scale: float, has_scene: bool) -> Viewport:
+        """Divide the area among the views; return the rectangle of the 3D view."""
+        self.area = area
+        shown = self.shown and has_scene
+        self.rectangles = rectangles(area, self.large, _GAP * scale) if shown else {PICTURE: area}
+        return self.rectangles[PICTURE]
+
+    def become(self, mode: str) -> None:
+        """Change the layout: to one of MODES; "" switches slices on or off."""
+        if mode in ("", PICTURE):
+            self.shown = not self.shown and not mode
+        else:
+            self.shown, self.large = True, mode if mode in NAMES else ""
+
+    def swap(self, name: str) -> None:
+        """Make a view the large one; if it is, make all views of one size."""
+        self.large = "" if self.large == name else name
+
+    def follow(self, scene: Scene) -> None:
+        """Take over the scene's first volume; the crosshair stays if the samples are the same."""
+        before, volume = self.volume, scene.volume
+        if volume is before:
+            return
+        same = before is not None and before.values is volume.values
+        self.volume, self.slices = volume, slices_of(volume)
+        if not same:
+            self.index, self.window = (np.array(volume.dimensions) - 1) / 2, typical_window(volume)
+            self.reset()
+
+    def reset(self) -> None:
+        """Show all of each slice again."""
+        self.zoom, self.middle = 1.0, None
+
+    def number(self, name: str) -> int:
+        """Return the number of the sample layer in which a slice lies."""
+        return round(float(self.index[self.slices[name].axis]))
+
+    @property
+    def crosshair(self) -> NDArray[np.float64]:
+        """Crosshair in the world."""
+        assert self.volume is not None
+        return np.asarray(self.volume.origin + self.volume.world_from_index @ self.index)
+
+    def move_to(self, point: NDArray[np.float64], keep: int | None = None) -> None:
+        """Move the crosshair to a world point, or to the nearest one in the volume.
+
+        Parameters
+        ----------
+        keep : int, optional
+            Grid axis along which the crosshair does not move.
+        """
+        assert self.volume is not None
+        index = self.volume.index_from_world @ (point - self.volume.origin)
+        index = np.clip(index, 0, np.array(self.volume.dimensions) - 1.0)
+        if keep is not None:
+            index[keep] = self.index[keep]
+        self.index = index
+
+    def step(self, name: str, by: float) -> None:
+        """Move a slice by sample layers."""
+        assert self.volume is not None
+        axis = self.slices[name].axis
+        index = self.index.copy()
+        index[axis] = np.clip(self.number(name) + by, 0, self.volume.dimensions[axis] - 1)
+        self.index = index
+
+    def magnify(self, factor: float, about: NDArray[np.float64], middle: NDArray[np.float64]) -> None:
+        """Change the zoom; the world point `about` stays where it is. `middle` is the point in the middle now."""
+        zoom = float(np.clip(self.zoom * factor, *_ZOOMS))
+        self.middle = about + (middle - about) * (self.zoom / zoom)
+        self.zoom = zoom
+
+    def point_at(self, x: float, y: float) -> NDArray[np.float64] | None:
+        """Return the world point that a slice shows at a position in the window; None where there is no slice."""
+        for view in self.views.values():
+            if view.rectangle.holds(x, y):
+                return view.point(x, y)
+        return None
+
+
+def rectangles(area: Viewport, large: str, gap: float) -> dict[str, Viewport]:
+    """Return the rectangle of each view in an area; sides are whole numbers, at least 1."""
+    if not large:
+        right, down = round((area.width - gap) / 2), round((area.height - gap) / 2)
+        across = (area.x, right), (area.x + right + round(gap), area.width - right - round(gap))
+        along = (area.y, down), (area.y + down + round(gap), area.height - down - round(gap))
+        places = [(column, row) for row in along for column in across]
+        return {name: _rectangle(*place) for name, place in zip(VIEWS, places, strict=True)}
+    others = [PICTURE, *NAMES]
+    others.remove(large)
+    tall = (area.height - 2 * round(gap)) / 3
+    wide = round(min(_COLUMN * area.width, _WIDEST * tall))
+    left = area.width - wide - round(gap)
+    found = {large: _rectangle((area.x, left), (area.y, area.height))}
+    ends = [round(position * (tall + round(gap))) for position in range(4)]
+    for name, start, end in zip(others, ends, ends[1:], strict=False):
+        found[name] = _rectangle((area.x + area.width - wide, wide), (area.y + start, end - start - round(gap)))
+    return found
+
+
+def _rectangle(across: tuple[float, float], along: tuple[float, float]) -> Viewport:
+    return Viewport(across[0], along[0], max(across[1], 1), max(along[1], 1))

@@ -1,0 +1,123 @@
+"""Planes of the slices in the 3D view: outlines over the picture, and the slices themselves if that is switched on.
+
+They are drawn by the window over the picture, as lines of annotation are, so that a turn is as quick with them.
+Slices in the 3D view are cut at the crosshair into quarters, which are drawn from the farthest to the nearest: no
+quarter meets another one, so that each hides what is behind it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from imgui_bundle import imgui
+from numpy.typing import NDArray
+
+from texvol.scene.camera import Camera
+from texvol.window.desk import Desk
+from texvol.window.document import Document
+from texvol.window.panels import parts, tiles
+from texvol.window.slice_layers import Layer
+from texvol.window.slice_views import Plane, layer_corners
+from texvol.window.slices import NAMES
+
+_OUTLINE, _CROSS = 0xE0_00_00_00, 0x70_00_00_00  # alpha of lines
+_PICTURE = 0xE6_FF_FF_FF
+_PARTS = 6  # along each side of a quarter, in perspective: a picture is drawn in parts without perspective of their own
+
+
+def draw(desk: Desk) -> None:
+    """Draw the planes over the picture while slices are shown beside it."""
+    document, layout = desk.document, desk.layout
+    if document is None or not layout.shown or layout.volume is not document.scene.volume:
+        return
+    if not (layout.planes or layout.pictures):
+        return
+    drawn = imgui.get_background_draw_list()
+    drawn.push_clip_rect(*parts.corners(desk.viewport))
+    if layout.pictures:
+        _pictures(desk, document, drawn)
+    if layout.planes:
+        for name in NAMES:
+            _outline(desk, document.view.camera, drawn, name)
+    drawn.pop_clip_rect()
+
+
+def _outline(desk: Desk, camera: Camera, drawn: Any, name: str) -> None:
+    """Draw the border of a slice, and thinly its lines of the crosshair."""
+    layout = desk.layout
+    assert layout.volume is not None
+    plane = Plane.of(layout.volume, layout.slices[name], layout.number(name))
+    corners = np.array([plane.point(*each) for each in layer_corners(layout.volume, layout.slices[name], plane)])
+    x, y = _fractions(desk, name)
+    ends = [corners[0] + x * (corners[1] - corners[0]), corners[3] + x * (corners[2] - corners[3])]
+    ends += [corners[0] + y * (corners[3] - corners[0]), corners[1] + y * (corners[2] - corners[1])]
+    places = _placed(desk, camera, np.concatenate([corners, ends]))
+    width = parts.scale()
+    for one, other in ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (6, 7)):
+        if np.isfinite(places[[one, other]]).all():
+            alpha = _OUTLINE if one < 4 else _CROSS
+            line = imgui.ImVec2(*places[one]), imgui.ImVec2(*places[other])
+            drawn.add_line(*line, tiles.COLORS[name] | alpha, (1.5 if one < 4 else 1.0) * width)
+
+
+def _fractions(desk: Desk, name: str) -> tuple[float, float]:
+    """Return the position of the crosshair in the picture of a slice, as fractions from the left and from the top."""
+    layout = desk.layout
+    assert layout.volume is not None
+    return layout.slices[name].fractions(layout.volume, layout.index)
+
+
+def _placed(desk: Desk, camera: Camera, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the window coordinates of world points, shape (n, 2); NaN behind the eye."""
+    right, up, depth = camera.in_eye_space(points, np.zeros(3)).T
+    scale = camera.half_height * (np.where(depth > 0, depth, np.nan) if camera.projection == "perspective" else 1.0)
+    box, half = desk.viewport, desk.viewport.height / 2
+    return np.stack([box.x + box.width / 2 + right / scale * half, box.y + half - up / scale * half], axis=1)
+
+
+def _pictures(desk: Desk, document: Document, drawn: Any) -> None:
+    """Draw the slices in quarters, the farthest first."""
+    layout, camera = desk.layout, document.view.camera
+    quarters = []
+    for name in NAMES:
+        plane = Plane.of(document.scene.volume, layout.slices[name], layout.number(name))
+        found = tiles.layers_of(desk, document.scene, name, plane)
+        x, y = _fractions(desk, name)
+        for left, right in ((0.0, x), (x, 1.0)):
+            for top, bottom in ((0.0, y), (y, 1.0)):
+                if right > left and bottom > top:
+                    corners = np.array([plane.point(*each) for each in found[0].corners])
+                    middle = _at(corners, np.array([[(left + right) / 2, (top + bottom) / 2]]))
+                    depth = float((middle[0] - np.array(camera.eye)) @ camera.forward)
+                    quarters.append((depth, name, plane, found, (left, right, top, bottom)))
+    for _, name, plane, layers, ends in sorted(quarters, key=lambda each: -each[0]):
+        _quarter(desk, camera, drawn, name, plane, layers[0], ends)
+
+
+def _at(corners: NDArray[np.float64], fractions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the world points at fractions (from the left, from the top) of a parallelogram."""
+    return np.asarray(corners[0] + fractions @ np.stack([corners[1] - corners[0], corners[3] - corners[0]]))
+
+
+def _quarter(
+    desk: Desk, camera: Camera, drawn: Any, name: str, plane: Plane, layer: Layer,
+    ends: tuple[float, float, float, float],
+) -> None:  # fmt: skip
+    """Draw a quarter of the first volume's slice; in perspective by small parts."""
+    assert desk.textures is not None
+    number = desk.textures.get(f"slice {name} 0", layer.key, layer.make, nearest=layer.nearest)
+    texture = imgui.ImTextureRef(number)
+    corners = np.array([plane.point(*each) for each in layer.corners])
+    count = _PARTS if camera.projection == "perspective" else 1
+    left, right, top, bottom = ends
+    across, along = np.linspace(left, right, count + 1), np.linspace(top, bottom, count + 1)
+    grid = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
+    places = _placed(desk, camera, _at(corners, grid)).reshape(count + 1, count + 1, 2)
+    for row in range(count):
+        for column in range(count):
+            around = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
+            shown = [places[each] for each in around]
+            if np.isfinite(shown).all():
+                uv = [imgui.ImVec2(across[c], along[r]) for r, c in around]
+                drawn.add_image_quad(texture, *[imgui.ImVec2(*each) for each in shown], *uv, _PICTURE)
