@@ -34,7 +34,7 @@ BESIDE = REPOSITORY / ".venv-side" / "bin" / "python"
 PROGRAMS = REPOSITORY / "scripts" / "first_picture_programs.py"
 NAMES = {"texvol": "texvol", "pyvista": "PyVista", "f3d": "F3D", "vtk": "VTK, shaded"}
 SIZE = 512
-_SMALL, _CAPTION, _QUALITY = 188, 18, 84  # of a sheet of the page
+_SMALL, _CAPTION, _QUALITY = 192, 18, 80  # of a sheet of the page
 _BURNT = 255  # in all three channels of 8 bits
 
 

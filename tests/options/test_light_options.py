@@ -290,6 +290,7 @@ WRONG = [
     (["--mode", "mip", "--window", "1,inf"], "--window: CENTRE,WIDTH must be two finite numbers, got '1,inf'"),
 ]
 
+KINDS = "kind must be one of head, directional, point, ambient, depth, none, three-point, studio"
 WRONG_FILES = [
     ('light = "sun"', "scene.toml: light: must be head"),
     ("light = []", "scene.toml: light: must be head"),
@@ -305,9 +306,9 @@ WRONG_FILES = [
     ('light = {kind = "none", color = 1}', "unknown key 'color' for kind none"),
     ('light = {kind = "head", color = [1, true, 1]}', "must be a colour R,G,B or a brightness I, got '1,True,1'"),
     ('light = {kind = "head", color = -1}', COLOUR),
-    ('light = {kind = "sun"}', "kind must be one of head, directional, point, ambient, depth, none, got 'sun'"),
-    ('light = {kind = ["head"]}', "kind must be one of head, directional, point, ambient, depth, none, got ['head']"),
-    ("light = {direction = [1, 2, 3]}", "must be one of head, directional, point, ambient, depth, none, got 'nothing'"),
+    ('light = {kind = "sun"}', f"{KINDS}, got 'sun'"),
+    ('light = {kind = ["head"]}', f"{KINDS}, got ['head']"),
+    ("light = {direction = [1, 2, 3]}", f"{KINDS}, got 'nothing'"),
     ("ambient = -0.1", "scene.toml: ambient: must be a number of at least 0, got '-0.1'"),
     ("ambient = nan", "scene.toml: ambient: must be a number of at least 0, got 'nan'"),
     ("ambient = true", "scene.toml: ambient must be text, a number or an array"),

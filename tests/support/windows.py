@@ -25,7 +25,7 @@ from texvol.__main__ import main
 from texvol.formats.pictures import image
 
 REPOSITORY = Path(__file__).parents[2]
-PATIENCE = 20  # seconds; a window that hangs is a failure, a busy machine is not
+PATIENCE = 180  # seconds; a window that hangs is a failure, a busy machine is not
 
 
 _STARTED: list[subprocess.Popen[str]] = []

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import random
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from support.windows import PATIENCE, ball, children_of, display, memory_of_each, script, started  # noqa: F401 (a fixture)
 
@@ -17,6 +19,10 @@ from texvol.window.steering import BINDINGS
 ACTIONS = 600
 # What would end the window, or leave it for another.
 _NOT_PLAYED = {"close", "fullscreen"}
+_OF_TIME_AND_LIST = [
+    *("play", "step +1", "step last", "eye 1", "eye 2", "eye 1", "remove 1", "undo", "undo", "as-labels 1"),
+    *("opacity 2 0.5", "color 1 #ff8000", "spacing 1 1,2,1", "transform 2 none"),
+]
 
 
 def random_steps(seed: int) -> list[dict[str, Any]]:
@@ -51,7 +57,7 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
             steps.append(step | {"kind": kind, "name": name, "down": True, "modifiers": modifiers})
             step |= {"kind": kind, "name": name, "down": False, "modifiers": modifiers}
         elif kind == "command":
-            names = [f"tab {tab}" for tab in TABS] + [f"axis {axis}" for axis in AXES]
+            names = [f"tab {tab}" for tab in TABS] + [f"axis {axis}" for axis in AXES] + _OF_TIME_AND_LIST
             step |= {"do": "command", "name": chance.choice(names)}
         elif kind == "resize":
             step |= {"kind": kind, "x": chance.randrange(200, 800), "y": chance.randrange(150, 560)}
@@ -61,14 +67,28 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
     return steps
 
 
+def channels_over_time(folder: Path) -> str:
+    """Name of a file of two channels and five time steps."""
+    import tifffile
+
+    values = np.random.default_rng(4).integers(0, 200, (5, 16, 2, 18, 20)).astype(np.uint8)
+    tifffile.imwrite(folder / "live.tif", values, imagej=True, metadata={"axes": "TZCYX"})
+    return "live.tif"
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1])
-def test_random_actions_leave_the_window_whole(display: str, tmp_path: Path, seed: int) -> None:  # noqa: F811
+@pytest.mark.parametrize(("seed", "opens"), [(1, ball), (2, channels_over_time)])
+def test_random_actions_leave_the_window_whole(
+    display: str,  # noqa: F811
+    tmp_path: Path,
+    seed: int,
+    opens: Callable[[Path], str],
+) -> None:
     steps = [{"t": 0, "do": "rest"}, *random_steps(seed)]
     process = started(
         display,
         tmp_path,
-        ball(tmp_path),
+        opens(tmp_path),
         "--size",
         "320x400",
         "--script",

@@ -326,3 +326,14 @@ def test_a_world_is_named_by_directions_of_the_body(folder: Path) -> None:
 def test_python_scenes_draw_one_channel(folder: Path) -> None:
     scene = Scene(package.load("cell.ome.tif", channel=2)).looked
     assert scene.transfer_function is not None and scene.transfer_function.name == "stain 2"
+
+
+def test_volumes_of_the_history_do_not_keep_what_shows_of_them(folder: Path) -> None:
+    from texvol.scene import content
+
+    desk = desk_with("ball.npy")
+    known = len(content._KNOWN)
+    document = done(desk, *(f"spacing 1 1,{1 + number / 10},1" for number in range(1, 8)))
+    assert len(document.history.past) == 7 and len(content._KNOWN) <= known
+    done(desk, *["undo"] * 7)
+    assert len(content._KNOWN) <= known

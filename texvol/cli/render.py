@@ -1,4 +1,4 @@
-"""`texvol render`: a picture, an orbit or a time series of a volume, drawn by slicing."""
+"""`texvol render`: a picture, an orbit, a tour or a time series of a volume, drawn by slicing."""
 
 from __future__ import annotations
 
@@ -7,9 +7,10 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from texvol.cli import courses
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
 from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.cli.summary import reasons, summary
@@ -51,11 +52,11 @@ def add_render(commands: Any) -> None:
     reading_options.add_volume_options(parser, in_scene_file=True)
     options.add_scene_options(parser)
     films = " or ".join(f"film{each}" for each in film_formats.FORMATS)
-    names = f"picture: {', '.join(image.FORMATS)}; with --orbit such as frame_%%04d.png, or {films}"
+    names = f"picture: {', '.join(image.FORMATS)}; with --orbit or --tour such as frame_%%04d.png, or {films}"
     parser.add_argument("-o", "--output", metavar="IMAGE", help=names)
     add_depth(parser)
     _add_accuracy(parser)
-    _add_orbit(parser)
+    courses.add_courses(parser)
     add_workers(parser)
     parser.set_defaults(run=run)
 
@@ -132,20 +133,6 @@ def add_slicing(group: Any) -> None:
     )  # fmt: skip
 
 
-def _add_orbit(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group(
-        "orbit",
-        "The camera turns once around the target, about --up. Without --eye and --height all views have the same "
-        "framing, and the whole box is visible in each. --max-error applies to the first view.",
-    )
-    views = partial(texts.count, what="views")
-    group.add_argument("--orbit", type=views, metavar="N", help="N views, 360/N degrees apart")
-    group.add_argument(
-        "--fps", type=texts.frames_per_second, metavar="F",
-        help="frames per second of a film (30, or fewer so that it lasts 2 seconds)",
-    )  # fmt: skip
-
-
 def run(arguments: argparse.Namespace) -> None:
     """Draw the scene, write the picture or the frames, and what was asked for beside them."""
     scene_options = options.SceneOptions(arguments)
@@ -160,7 +147,7 @@ def run(arguments: argparse.Namespace) -> None:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
     volume.expect_overview()
-    is_single, picture, depth, sequence_stats = series is None and arguments.orbit is None, None, None, {}
+    is_single, picture, depth, sequence_stats = series is None and courses.is_single(arguments), None, None, {}
     with _renderer(arguments, is_single) as renderer:
         if is_single:
             picture = _draw_picture(renderer, scene, export, scene_options, arguments)
@@ -239,14 +226,16 @@ def _scene(
     export: PictureExport,
 ) -> Scene:
     """Return the scene of a picture, or the first scene of an orbit or a time series."""
-    size, orbit = scene_options.size, arguments.orbit is not None
-    adapting_to = None
+    size, turn, adapting_to = scene_options.size, courses.turn_of(arguments), None
     if series is not None:
         film.check_output(arguments.output, len(series), size)
         adapting_to = scene_options.placed(sequences.representative_volume(series))
     in_8_bits = arguments.output is None or not is_exact(arguments.output)
-    scene = scene_options.scene(volume, orbit=orbit, adapting_to=adapting_to, in_8_bits=in_8_bits)
-    return export.prepared(scene, size, chose_view=scene_options.chose_view or orbit)
+    scene = scene_options.scene(volume, orbit=turn or False, adapting_to=adapting_to, in_8_bits=in_8_bits)
+    if arguments.tour is not None:
+        scene = replace(scene, camera=scene_options.tour.views[0].camera)
+    chose_view = scene_options.chose_view or not courses.is_single(arguments)
+    return export.prepared(scene, size, chose_view=chose_view)
 
 
 def _accuracy(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -270,13 +259,13 @@ def _draw_frames(
     scene_options: options.SceneOptions,
     arguments: argparse.Namespace,
 ) -> dict[str, Any]:
-    """Draw and write a time series or an orbit, and return its part of `--stats`."""
+    """Draw and write a time series, an orbit or a tour, and return its part of `--stats`."""
     if series is not None:
         kind, frames = "time", sequences.steps(scene, series, scene_options.placed)
     else:
-        kind, frames = "orbit", sequences.views(scene, arguments.orbit, scene_options.volume)
+        kind, frames = courses.frames(arguments, scene, scene_options)
     target = (scene_options.size, _accuracy(arguments), export, arguments.output)
-    how = {"transparent": scene_options.transparent, "fps": arguments.fps}
+    how: dict[str, Any] = {"transparent": scene_options.transparent, "fps": courses.rate(arguments, scene_options)}
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
 
 
@@ -285,20 +274,13 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
     if arguments.output is None:
         _check_plan(arguments)
     elif not scene_options.all_times:
-        film.check_output(arguments.output, arguments.orbit, scene_options.size)
-    elif arguments.orbit is not None or arguments.depth or arguments.repeat > 1:
-        raise InputError("--time all draws every step once: leave --orbit, --depth and --repeat out")
+        film.check_output(arguments.output, courses.count(arguments, scene_options), scene_options.size)
+    elif not courses.is_single(arguments) or arguments.depth or arguments.repeat > 1:
+        raise InputError("--time all draws every step once: leave --orbit, --tour, --depth and --repeat out")
     if arguments.stats:
         writing.check_writable(arguments.stats)
     check_outputs(arguments, scene_options)
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
-    if arguments.check and (arguments.orbit is not None or scene_options.all_times):
-        raise InputError("--check needs a single picture: leave --orbit and --time all out")
-    if arguments.orbit is not None and scene_options.has_depth_in:
-        raise InputError("--depth-in is of a single view: leave --orbit out")
-    if arguments.orbit is not None and arguments.repeat > 1:
-        raise InputError("--repeat draws one view several times and --orbit draws several views: give one of them")
-    if arguments.progressive and (arguments.orbit is not None or scene_options.all_times):
-        raise InputError("--progressive needs a single picture: leave --orbit and --time all out")
+    courses.check(arguments, scene_options)
     film_formats.check_rate(arguments.output, arguments.fps)

@@ -99,7 +99,8 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "light", lit.light, "SPEC",
                 "head; directional:X,Y,Z or X,Y,Z, direction towards the light; point:X,Y,Z, position of the light; "
                 "each may end with a colour :R,G,B or :I, and a point light then with :K, the distance at which it has "
-                "half of its strength. Repeat it for more lights. ambient: only light from everywhere, of --ambient; "
+                "half of its strength. Repeat it for more lights. three-point, studio: sets of lights with an "
+                "exposure of their own, placed by the first view. ambient: only light from everywhere, of --ambient; "
                 "depth: no light, but shading by depth; none: no light",
                 lit.light_table,
             ),

@@ -1,9 +1,10 @@
 """Converters of the options for light, gradients, materials and projection modes.
 
 A light is `head`, `directional:X,Y,Z` (direction towards the light; `X,Y,Z` for short) or `point:X,Y,Z` (position),
-each with `:R,G,B` or `:I` for its colour, and a point light then with `:K` for its fall-off; or one of three words that
-stand alone: `ambient`, light from everywhere only; `depth`, shading by depth; and `none`. In a scene file a light may
-be a table: {kind = "point", position = [100, 0, 50], color = [1, 0.9, 0.8], fall-off = 200}.
+each with `:R,G,B` or `:I` for its colour, and a point light then with `:K` for its fall-off; or a word that stands
+alone: `ambient`, light from everywhere only; `depth`, shading by depth; `none`; or the name of a set of lights, placed
+by the camera. In a scene file a light may be a table: {kind = "point", position = [100, 0, 50], color =
+[1, 0.9, 0.8], fall-off = 200}.
 
 A depth cue is `S` or `S,R,G,B`, each with `:NEAR,FAR` for the depths between which it grows, one of which may be left
 out; in a scene file also {strength = 0.5, color = [0, 0, 0], near = 100, far = 300}.
@@ -13,12 +14,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, cast
 
 from texvol.options import texts
+from texvol.scene.camera import Camera
 from texvol.scene.display import NUMBER_MODES, Window, checked_window
 from texvol.scene.gradient import Estimator, EstimatorKind
 from texvol.scene.isosurfaces import Isosurface
+from texvol.scene.light_sets import LIGHT_SETS, light_set
 from texvol.scene.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
 from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
@@ -27,7 +31,7 @@ AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
 SHADING = ("ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows")
 _LIGHT_FORMS = (
     "head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I, a point light also with :COLOR:K), "
-    f"{AMBIENT}, {DEPTH} or {NO_LIGHT}"
+    f"{', '.join(LIGHT_SETS)}, {AMBIENT}, {DEPTH} or {NO_LIGHT}"
 )
 # Keys of a table beside `kind`, in the order of the text form.
 _TABLE_KEYS: dict[str, tuple[str, ...]] = {
@@ -37,7 +41,9 @@ _TABLE_KEYS: dict[str, tuple[str, ...]] = {
     AMBIENT: (),
     DEPTH: (),
     NO_LIGHT: (),
+    **dict.fromkeys(LIGHT_SETS, ()),
 }
+_FRONT = Camera.orthographic((0, -1, 0), (0, 0, 0), (0, 0, 1), height=1)  # as long as no camera is known
 # An isosurface without light shows its own colour and does not depend on the gradient; without this it would be black.
 _OWN_COLOR = Lighting((), ambient=1.0, diffuse=0.0, specular=0.0)
 _FOR_MODES = {
@@ -59,11 +65,11 @@ _REPLACED_BY = {
 
 
 def light(text: str) -> Light | str:
-    """Return a light, or one of the words `ambient`, `depth` and `none`."""
+    """Return a light, or one of the words `ambient`, `depth` and `none`, or the name of a set of lights."""
     kind, *parts = (part.strip() for part in text.split(":"))
     if "," in kind:
         kind, parts = "directional", [kind, *parts]
-    if kind in (AMBIENT, DEPTH, NO_LIGHT) and not parts:
+    if kind in (AMBIENT, DEPTH, NO_LIGHT, *LIGHT_SETS) and not parts:
         return kind
     if kind not in LIGHT_KINDS or len(parts) > len(_TABLE_KEYS[kind]):
         raise argparse.ArgumentTypeError(f"must be {_LIGHT_FORMS}, got {text!r}")
@@ -170,8 +176,11 @@ def with_head_light(chosen: Mapping[str, Any]) -> dict[str, Any]:
     return ({"light": [Light()]} if asks else {}) | dict(chosen)
 
 
-def lighting(chosen: Mapping[str, Any]) -> Lighting | None:
-    """Return the lighting of the options, by their names; None if they set none."""
+def lighting(chosen: Mapping[str, Any], camera: Camera = _FRONT) -> Lighting | None:
+    """Return the lighting of the options, by their names; None if they set none.
+
+    A set of lights is placed by the camera, by default one at the front.
+    """
     lights = chosen.get("light", [])
     words = [each for each in lights if isinstance(each, str)]
     if words and len(lights) > 1:
@@ -179,11 +188,19 @@ def lighting(chosen: Mapping[str, Any]) -> Lighting | None:
     shading = {name.replace("-", "_"): chosen[name] for name in SHADING if name in chosen}
     if words == [AMBIENT]:
         return Lighting((), **shading)
+    if words and words[0] in LIGHT_SETS:
+        return replace(light_set(words[0], camera), **shading)
     if words and chosen.get("mode") == "isosurface":
         return _OWN_COLOR  # None would mean the default head light
     if words or not lights:
         return None
     return Lighting(lights, **shading)
+
+
+def placed(chosen: Mapping[str, Any], lighting_of_look: Lighting | None, camera: Camera) -> Lighting | None:
+    """Return the lighting of a scene: of the options, a set of lights placed by the scene's camera, or of a look."""
+    is_set = any(isinstance(each, str) and each in LIGHT_SETS for each in chosen.get("light", ()))
+    return lighting(chosen, camera) if is_set else lighting_of_look
 
 
 def depth_cue_of(chosen: Mapping[str, Any]) -> DepthCue | None:

@@ -24,12 +24,14 @@ from typing import Any
 from texvol.options import light as lit
 from texvol.options import volumes as volume_options
 from texvol.scene import transfer
+from texvol.scene.camera import Camera
 from texvol.scene.gradient import CENTRAL
 from texvol.scene.looks import EXPOSED, Look, look_as_is, look_of
 from texvol.scene.transfer.files import read_content
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
+_FRONT = Camera.orthographic((0, -1, 0), (0, 0, 0), (0, 0, 1), 1)  # without a volume
 _SHOWN_BY = ("light", *lit.SHADING, "gradient", "background")
 
 
@@ -67,11 +69,12 @@ def load_look(
     medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
     if volume is not None and not volume_options.is_file(name):
         return look_of(name, volume, materials)
-    return _of_file(name, medium, unit_distance)
+    camera = _FRONT if volume is None else Camera.framing(volume)
+    return _of_file(name, medium, unit_distance, camera)
 
 
-def _of_file(path: str, medium: transfer.TransferFunction, unit_distance: float | None) -> Look:
-    """Return the look of a file whose transfer function is known."""
+def _of_file(path: str, medium: transfer.TransferFunction, unit_distance: float | None, camera: Camera) -> Look:
+    """Return the look of a file whose transfer function is known; a set of lights is placed by the camera."""
     from texvol.options.groups import SCENE_OPTIONS
 
     chosen: dict[str, Any] = {}
@@ -83,7 +86,7 @@ def _of_file(path: str, medium: transfer.TransferFunction, unit_distance: float 
             chosen[name] = SCENE_OPTIONS[name].from_file(value)
         except (argparse.ArgumentTypeError, InputError) as error:
             raise InputError(f"{path}: {key}: {error}") from None
-    lighting = lit.lighting(lit.with_head_light(chosen))
+    lighting = lit.lighting(lit.with_head_light(chosen), camera)
     if lighting is not None and medium.emissive:
         raise InputError(f"{path}: light needs an associated transfer function, got an emissive one")
     name = os.path.basename(path)

@@ -22,12 +22,12 @@ import argparse
 import re
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from texvol.annotation import Annotation
-from texvol.options import files, reading, texts
+from texvol.options import files, reading, saved_views, texts
 from texvol.options import light as lit
 from texvol.options import volumes as volume_options
 from texvol.options.groups import GROUPS, SCENE_OPTIONS
@@ -42,6 +42,7 @@ from texvol.scene.gradient import CENTRAL
 from texvol.scene.looks import Look, seen_as
 from texvol.scene.proportions import in_proportion
 from texvol.scene.scene import Scene
+from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.scene.volume_order import without_first
 from texvol.util import locations, text_files
@@ -166,6 +167,11 @@ class SceneOptions:
         further["measures"] = tuple(chosen.get("measure", ()))
         return Annotation.of(chosen.get("annotate", ()), chosen.get("title"), **further)
 
+    @property
+    def tour(self) -> Tour:
+        """Saved views of the scene file, and the path through them."""
+        return saved_views.tour_of(self._chosen)
+
     def load(self) -> Volume:
         """Return the volume, read and moved by the options.
 
@@ -262,12 +268,12 @@ class SceneOptions:
         self,
         volume: Volume,
         *,
-        orbit: bool = False,
+        orbit: bool | turning.Turn = False,
         adapting_to: Volume | None = None,
         in_8_bits: bool = False,
         lit_by_default: bool = True,
     ) -> Scene:
-        """Return the scene of the options; its camera frames one picture, or all views of an orbit.
+        """Return the scene of the options; its camera frames one picture, or all views of an orbit, True for one turn.
 
         The transfer function and the air of an X-ray adapt to the values of `adapting_to` if given, else to `volume`.
         `in_8_bits` is the kind of picture, which decides on the air if no option does. Without `lit_by_default` there
@@ -295,21 +301,23 @@ class SceneOptions:
             scene = without_first(scene)
             adapting_to = None
         seen = scene if adapting_to is None else replace(scene, volume=adapting_to, mask=None)
-        return replace(scene, camera=self._camera(seen, orbit))
+        camera = self._camera(seen, orbit)
+        return replace(scene, camera=camera, lighting=lit.placed(chosen, scene.lighting, camera))
 
-    def _camera(self, scene: Scene, orbit: bool) -> Camera:
+    def _camera(self, scene: Scene, orbit: bool | turning.Turn) -> Camera:
         """Return the camera of the options, or one that frames what shows."""
         chosen, aspect = self._chosen, self.size[0] / self.size[1]
         projection = chosen.get("projection", "orthographic")
-        how = {key: chosen.get(key) for key in ("up", "fov")}
+        turn = orbit if isinstance(orbit, turning.Turn) else None
+        how: dict[str, Any] = {key: chosen.get(key) for key in ("up", "fov")}
         if any(name in chosen for name in ("eye", "target", "height")):
-            framing = turning.framing if orbit else Camera.framing
+            framing = partial(turning.framing, turn=turn) if orbit else Camera.framing
             how |= {key: chosen.get(key) for key in ("eye", "target", "height")}
             camera = framing(scene.box, projection, **how, aspect=aspect)
         else:
             side = ViewChoice(chosen.get("view"), chosen.get("azimuth"), chosen.get("elevation"))
-            box = chosen.get("fit") == "box"
-            camera = framed(scene, projection, choice=side, **how, aspect=aspect, whole_box=box, turning=orbit)
+            how |= {"whole_box": chosen.get("fit") == "box", "turning": bool(orbit), "turn": turn}
+            camera = framed(scene, projection, choice=side, **how, aspect=aspect)
         return zoomed(camera, chosen["zoom"]) if "zoom" in chosen else camera
 
     def _shown(self, volume: Volume, unlit: bool) -> dict[str, Any]:
@@ -356,6 +364,8 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             if not isinstance(value, str) or not value:
                 raise InputError(f"{path}: volume must be the path of a file or folder, got {value!r}")
             told[name] = locations.beside(path.parent, value)
+        elif name in (saved_views.SAVED_VIEW, saved_views.TOUR):
+            chosen[name] = _of_tour(path, name, value)
         elif option := reading.READING.get(name) or SCENE_OPTIONS.get(name):
             try:
                 (told if name in reading.READING else chosen)[name] = option.from_file(value)
@@ -364,12 +374,20 @@ def _read(path: Path) -> tuple[dict[str, Any], dict[str, Any]]:
             except InputError as error:
                 raise InputError(f"{path}: {error}") from None
         else:
-            known = ", ".join((*SCENE_OPTIONS, "volume", *reading.READING))
-            near = did_you_mean(name, (*SCENE_OPTIONS, "volume", *reading.READING))
-            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {known}{near}")
+            known = (*SCENE_OPTIONS, "volume", *reading.READING, saved_views.SAVED_VIEW, saved_views.TOUR)
+            near, listed = did_you_mean(name, known), ", ".join(known)
+            raise InputError(f"{path}: unknown scene option {key!r}; scene options are {listed}{near}")
     if told and "volume" not in told:
         raise InputError(f"{path}: {', '.join(told)} needs a volume: name it (volume = …)")
     return volume_options.beside(chosen, path.parent), reading.beside(told, path.parent)
+
+
+def _of_tour(path: Path, name: str, value: Any) -> Any:
+    """Return the saved views of a scene file, or the switches of the tour through them."""
+    try:
+        return saved_views.from_file(name, value)
+    except (argparse.ArgumentTypeError, InputError) as error:
+        raise InputError(f"{path}: {name}: {error}") from None
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

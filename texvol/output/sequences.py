@@ -1,4 +1,4 @@
-"""Sequences of pictures in numbered files or a film: an orbit of the camera, or the steps of a time series.
+"""Sequences of pictures in numbered files or a film: an orbit or a tour of the camera, or steps of a time series.
 
 The renderer's caches serve all pictures. The accuracy and the window of numbers that are chosen for the first picture
 are used for all, so that nothing flickers.
@@ -19,9 +19,12 @@ from texvol.formats.films import film
 from texvol.formats.readers import TimeSeries
 from texvol.scene import orbit
 from texvol.scene.label_counts import label_counts
+from texvol.scene.orbit import Turn
 from texvol.scene.scene import Scene
+from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.util.terminal import status_line
+from texvol.util.time_left import TimeLeft
 
 if TYPE_CHECKING:
     from texvol.output.export import PictureExport
@@ -41,12 +44,26 @@ class Frames:
     views: int = 1  # number of pictures of each scene, from different sides
 
 
-def views(scene: Scene, count: int, name: str) -> Frames:
-    """Return an orbit of `count` views around the scene."""
+def views(scene: Scene, count: int, name: str, turn: Turn | None = None) -> Frames:
+    """Return an orbit of `count` views around the scene, by default one turn about `up`."""
     assert scene.camera is not None
     camera = scene.camera
-    turned = (replace(scene, camera=orbit.turned(camera, 360 * i / count)) for i in range(count))
+    turn = turn or Turn()
+    about = turn.direction(camera, scene.volume)
+    turned = (replace(scene, camera=orbit.turned(camera, turn.turns * (360 * i / count), about)) for i in range(count))
     return Frames(turned, count, "view", name, views=count)
+
+
+def tour(scene: Scene, path: Tour, count: int, name: str) -> Frames:
+    """Return `count` views of the scene along a path through saved views.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two saved views.
+    """
+    cameras = path.cameras(count)
+    return Frames((replace(scene, camera=each) for each in cameras), count, "view", name, views=count)
 
 
 def steps(scene: Scene, series: TimeSeries, placed: Callable[[Volume], Volume] = lambda volume: volume) -> Frames:
@@ -108,7 +125,7 @@ def draw_frames(
 ) -> dict[str, Any]:
     """Draw and write all pictures; return their entries for `--stats`."""
     start = after_first = time.perf_counter()
-    rate = fps or film.default_rate(frames.count)
+    rate, left = fps or film.default_rate(frames.count), TimeLeft()
     with (
         film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
         status_line() as show,
@@ -120,7 +137,9 @@ def draw_frames(
             shown = export.of(frame.picture, frame.scene, output)
             metadata = export.metadata(frames.name, frame.scene, output, frame.settings)
             writer.add(shown, frame.kept.attributes | metadata)
-            show(f"texvol: {frames.word} {number + 1} of {frames.count}")
+            left.learn((number + 1) / frames.count, now := time.perf_counter())
+            shown_left = left.text(now)
+            show(f"texvol: {frames.word} {number + 1} of {frames.count}" + (f", {shown_left}" if shown_left else ""))
         writer.finish()
     end = time.perf_counter()
     return {

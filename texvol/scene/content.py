@@ -107,6 +107,11 @@ def content_of(scene: SceneParts) -> Content:
     return known[2]
 
 
+def forget_content(volume: Volume) -> None:
+    """Free what is kept of the content of scenes with this first volume: up to a million samples, some 40 MB."""
+    _KNOWN.pop(volume, None)
+
+
 def _content(scene: SceneParts) -> Content:
     about = scene.box.centre
     owners = [(scene.volume, scene.transfer_function, scene.mask)]

@@ -5,7 +5,7 @@ cent of its light on each side fills `FILL` of the picture, unless clearly visib
 would reach its border.
 
 Directions are those of the body where the volume's file names them. Otherwise the front is the side of lower y,
-the right side that of higher x, and up is z.
+the right side that of higher x, and up is z; and what is flat is seen from its broad side if no side is chosen.
 """
 
 from __future__ import annotations
@@ -30,6 +30,8 @@ FILL = 0.9  # of the picture, what shows
 _BORDER = 0.98  # of the picture, all of what shows clearly
 _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle, on each side
 _BINS = 128  # of the coarse picture, along its longer side
+_FLAT, _ROD = 0.6, 0.5  # ratios of the extents of what is flat: least to middle, at most; middle to largest, at least
+_SLANT = np.radians(35.0)  # between the view and the short axis of what is flat
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
 
 VIEWS = ("front", "back", "left", "right", "top", "bottom", "iso")
@@ -91,6 +93,7 @@ def framed(
     aspect: float = 1.0,
     whole_box: bool = False,
     turning: bool = False,
+    turn: orbit.Turn | None = None,
 ) -> Camera:
     """Return a camera that frames what shows of a scene with a look, or its box.
 
@@ -106,7 +109,8 @@ def framed(
     whole_box : bool
         True to frame the box; also done if nothing shows.
     turning : bool
-        True to have everything in the picture from all sides about `up`.
+        True to have everything in the picture from all sides about `up`, or about the axis of `turn`.
+    turn : Turn, optional
     """
     box, eye, towards = scene.box, None, None
     if choice:
@@ -118,10 +122,30 @@ def framed(
     content = Content.nothing(box) if whole_box else content_of(scene)
     if turning:
         part = _box_of(content, box) if content else box
-        return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect)
+        return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect, turn=turn)
     if not content:
         return camera if eye is None else _around(box, camera, aspect)
+    if eye is None and letters_of_space(box.space) is None:
+        camera = _towards_broad_side(camera, content, box)
     return _filled(camera, content, aspect, box)
+
+
+def _towards_broad_side(camera: Camera, content: Content, box: Volume) -> Camera:
+    """Return the camera turned so that it looks at the broad side of what is flat, from a little beside it."""
+    edges = _box_of(content, box).box_edges
+    extents = np.linalg.norm(edges, axis=0)
+    least, middle, largest = np.argsort(extents)
+    if extents[least] > _FLAT * extents[middle] or extents[middle] < _ROD * extents[largest]:
+        return camera
+    to_eye = -np.asarray(camera.forward)
+    short = edges[:, least] / extents[least]
+    short = short if short @ to_eye >= 0 else -short
+    beside = to_eye - (to_eye @ short) * short
+    if short @ to_eye >= np.cos(_SLANT) or not np.linalg.norm(beside) > 0:
+        return camera
+    towards = np.cos(_SLANT) * short + np.sin(_SLANT) * beside / np.linalg.norm(beside)
+    distance = float(np.linalg.norm(np.subtract(camera.eye, camera.target)))
+    return replace(camera, eye=tuple(np.array(camera.target) + distance * towards))
 
 
 def filled(camera: Camera, scene: SceneParts, aspect: float) -> Camera:

@@ -14,9 +14,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from texvol.scene.camera import Camera
 from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
+from texvol.scene.light_sets import light_set
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.transfer import presets
@@ -83,12 +85,17 @@ class Look:
 
 
 def parts_taken(scene: SceneParts) -> dict[str, Any]:
-    """Return the parts that stand for a look, for the name of a preset, and for "none" as the light of a scene."""
+    """Return the parts that stand for a look, for the name of a preset, and for a word as the light of a scene.
+
+    The word is "none", or the name of a set of lights, which is placed by the scene's camera.
+    """
     look: Any = scene.transfer_function
     parts: dict[str, Any] = {}
     unlit = isinstance(scene.lighting, str) and scene.lighting == NO_LIGHT
     if unlit:
         parts["lighting"] = None
+    elif isinstance(scene.lighting, str):
+        parts["lighting"] = light_set(scene.lighting, scene.camera or Camera.framing(scene.volume))
     if unlit and look is None and scene.mode == "composite":
         look, parts["volume"] = look_for(scene.volume), seen_as(scene.volume)
     elif isinstance(look, str):

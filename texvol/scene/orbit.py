@@ -5,34 +5,84 @@ it, the eye that is turned by an angle θ, counterclockwise as seen from the tip
 
     eye(θ) = eye + (cos θ - 1) p + sin θ k × p        (Rodrigues, less eye(0) = eye)
 
-Height above the target, distance and `up` stay, so that every view is a rotation of the first.
+Height above the target, distance and `up` stay, so that every view is a rotation of the first. About another axis
+through the target, `up` is turned as the eye is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
+from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
+
+AXES = ("up", "picture", "head", "x", "y", "z")
+_ANGLES = 360  # at which an orbit about another axis than `up` is looked at to frame it
 
 
-def turned(camera: Camera, degrees: float) -> Camera:
-    """The camera, turned about the axis through its target along its `up`; in float64.
+@dataclass(frozen=True)
+class Turn:
+    """Axis of an orbit, and how far and in which direction the camera turns.
+
+    Parameters
+    ----------
+    axis : str
+        "up": the camera's `up`. "picture": what points up in the first picture. "head": to the head of the body.
+        "x", "y", "z": axes of the world.
+    turns : float
+        Number of turns, counterclockwise as seen from the tip of the axis; clockwise if negative.
+    """
+
+    axis: str = "up"
+    turns: float = 1.0
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES:
+            raise InputError(f"orbit: axis must be one of {', '.join(AXES)}, got {self.axis!r}")
+        number = isinstance(self.turns, int | float) and not isinstance(self.turns, bool)
+        if not number or not 0 < abs(self.turns) <= 1000:
+            raise InputError(f"orbit: turns must be a number other than 0, from -1000 to 1000, got {self.turns!r}")
+
+    def direction(self, camera: Camera, volume: Volume) -> NDArray[np.float64] | None:
+        """Return the unit vector of the axis, shape (3); None if it is the camera's `up`.
+
+        Raises
+        ------
+        InputError
+            If the volume does not say where the head of the body is.
+        """
+        if self.axis == "up":
+            return None
+        if self.axis == "picture":
+            return camera.upward
+        if self.axis != "head":
+            return np.eye(3)["xyz".index(self.axis)]
+        letters = letters_of_space(volume.space)
+        if letters is None:
+            raise InputError("orbit: axis head needs a file that says where the head is: choose up, picture, x, y or z")
+        return np.array([float(each == "S") - float(each == OPPOSITE["S"]) for each in letters])
+
+
+def turned(camera: Camera, degrees: float, about: NDArray[np.float64] | None = None) -> Camera:
+    """The camera, turned about an axis through its target, by default along its `up`; in float64.
 
     Turned by 0 it is the same camera to the last bit: what is added to the eye is 0 then, wherever the world's origin
-    is. 1 - cos θ is written 2 sin² θ/2, which keeps its digits for small steps.
+    is. 1 - cos θ is written 2 sin² θ/2, which keeps its digits for small steps. `about` is a unit vector, shape (3).
     """
     angle = np.radians(degrees)
-    axis = _axis(camera)
-    offset = np.subtract(camera.eye, camera.target)
-    across = offset - (offset @ axis) * axis
-    moved = np.sin(angle) * np.cross(axis, across) - 2 * np.sin(angle / 2) ** 2 * across
-    return replace(camera, eye=tuple(np.array(camera.eye) + moved))
+    axis = _axis(camera) if about is None else about
+    vectors = np.array([np.subtract(camera.eye, camera.target), camera.up])
+    across = vectors - np.outer(vectors @ axis, axis)
+    offset, up = np.sin(angle) * np.cross(axis, across) - 2 * np.sin(angle / 2) ** 2 * across
+    eye = tuple(np.array(camera.eye) + offset)
+    return replace(camera, eye=eye, up=camera.up if about is None else tuple(np.array(camera.up) + up))
 
 
 def framing(
@@ -43,6 +93,7 @@ def framing(
     towards: ArrayLike | None = None,
     height: float | None = None,
     aspect: float = 1.0,
+    turn: Turn | None = None,
     **others: Any,
 ) -> Camera:
     """First camera of a turn in which the whole box stays in the picture; arguments as for `Camera.framing`.
@@ -54,6 +105,10 @@ def framing(
     # Decides where the camera looks from.
     start = eye if towards is None else tuple(volume.centre + 2 * volume.radius * np.array(towards))
     first = Camera.framing(volume, projection, eye=start, height=height, aspect=aspect, **others)
+    other = None if turn is None else turn.direction(first, volume)
+    if other is not None:
+        framed = _framed_about(first, other, volume, aspect, keeps_height=height is not None)
+        return framed if eye is None else replace(first, height=framed.height)
     axis = _axis(first)
     corners = volume.corners_from_centre + (volume.centre - first.target)
     above = corners @ axis  # heights of the box's corners above the target, along the axis
@@ -77,6 +132,21 @@ def framing(
         sideways = out * np.hypot(1 / (slope * aspect), cosine)
         distance = float((np.maximum(np.maximum(*ends), sideways) + above * sine).max())
     return first.at_distance(distance) if eye is None else first
+
+
+def _framed_about(
+    first: Camera, axis: NDArray[np.float64], volume: Volume, aspect: float, *, keeps_height: bool
+) -> Camera:
+    """Return the camera from which the whole box stays in the picture in a turn about any axis."""
+    views = [turned(first, 360 * number / _ANGLES, axis) for number in range(_ANGLES)]
+    if first.projection == "perspective":
+        return first.at_distance(max(each.fitting_distance(volume, aspect) for each in views))
+    about = volume.centre - np.array(first.target)
+    places = np.array([each.in_eye_space(volume.corners_from_centre, about + each.eye) for each in views])
+    across, above = (float(np.abs(places[..., axis]).max()) for axis in (0, 1))
+    if not keeps_height:
+        first = replace(first, height=2 * FRAMING_MARGIN * max(above, across / aspect))
+    return first.at_distance(max(2 * volume.radius, FRAMING_MARGIN * -float(places[..., 2].min())))
 
 
 def _axis(camera: Camera) -> np.ndarray:

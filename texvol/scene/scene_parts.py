@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
+from texvol.scene.camera import Camera
 from texvol.scene.gradient import Estimator
 from texvol.scene.lighting import Lighting
 from texvol.scene.mask import Mask
@@ -25,6 +26,10 @@ class SceneParts(Protocol):
     @property
     def transfer_function(self) -> TransferFunction | None:
         """Transfer function of the first volume."""
+
+    @property
+    def camera(self) -> Camera | None:
+        """Camera."""
 
     @property
     def lighting(self) -> Lighting | None:

@@ -197,7 +197,7 @@ class Application:
         since = self._screen.time - self._last
         counting = (plan.frames is not None and self._counts) or (plan.player is not None and not plan.player.over)
         counting &= plan.player is None or not plan.player.waits or self._at_rest
-        if counting or desk.steering.dragging or self._lively > 0:
+        if counting or desk.steering.dragging or desk.moving.motion is not None or self._lively > 0:
             return max(_FRAME - since, 0.0)
         waits = [_IDLE, desk.director.next_due(desk.now), desk.times.due(desk.now)]
         waits += [each.until - desk.now for each in desk.messages]
@@ -251,7 +251,7 @@ class Application:
     @property
     def _at_rest(self) -> bool:
         desk = self._desk
-        busy = desk.times.pending or desk.measuring.counting.busy
+        busy = desk.times.pending or desk.measuring.counting.busy or desk.moving.motion is not None
         quiet = desk.loading is None and desk.writing is None and not busy
         return desk.director.at_rest and quiet
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import Any
 
+from texvol.scene.framing import VIEWS
 from texvol.scene.scene import COLORINGS, MODES
 from texvol.scene.transfer import PRESETS
 from texvol.window import (
@@ -18,10 +19,13 @@ from texvol.window import (
     layout,
     list_editing,
     measure_changes,
+    motion,
     navigation,
     opening,
     playing,
+    saved_views,
     saving,
+    sides,
 )
 from texvol.window.color_maps import NAMES
 from texvol.window.desk import Desk
@@ -63,11 +67,12 @@ def _bring(desk: Desk, tab: str) -> None:
 
 
 _ONE_OF: dict[str, Collection[str]] = {
-    "axis": tuple(navigation.AXES), "tab": TABS, "mode": MODES, "coloring": COLORINGS,
+    "axis": tuple(navigation.AXES), "view": VIEWS, "tab": TABS, "mode": MODES, "coloring": COLORINGS,
     "look": PRESETS, "colours": NAMES, "opacity": tuple(SHAPES), "layout": ("", *layout.MODES),
 }  # fmt: skip
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
+    "cube": lambda desk, _: setattr(desk.moving, "cube", not desk.moving.cube),
     "panels": lambda desk, _: _toggle(desk, "panels"),
     "probe": lambda desk, _: _toggle(desk, "probe"),
     "details": lambda desk, _: _toggle(desk, "details"),
@@ -102,6 +107,20 @@ def _axis(desk: Desk, document: Document, axis: str) -> None:
         _look_at_all(desk, document, navigation.along_axis, axis)
 
 
+def _view(desk: Desk, document: Document, side: str) -> None:
+    """Go to a view from a side, framed as `_look_at_all` does."""
+    if side not in VIEWS:
+        return
+    scene, aspect = document.scene, desk.viewport.aspect
+    view = navigation.on_content(sides.from_side(document.view, side, scene.box, aspect), scene, aspect)
+    home = Home.of(view.camera, scene, desk.pixels, document.showing.annotation)
+    motion.go(desk, document, View(home.roomy, view.pivot), lambda: document.go_home(home))
+
+
+def _go(desk: Desk, document: Document, name: str) -> None:
+    desk.attempt(lambda: saved_views.go(desk, document, saved_views.number_of(document.tour, name)))
+
+
 def _projection(desk: Desk, document: Document, _: str) -> None:
     other: Any = "perspective" if document.view.camera.projection == "orthographic" else "orthographic"
     document.look(navigation.with_projection(document.view, other, document.scene.box))
@@ -130,6 +149,10 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "reset": lambda desk, document, _: _look_at_all(desk, document, navigation.reset),
     "frame": lambda desk, document, _: _look_at_all(desk, document, navigation.framed),
     "axis": _axis,
+    "view": _view,
+    "save-view": saved_views.save,
+    "go": _go,
+    "preview": lambda desk, document, _: desk.attempt(lambda: motion.preview(desk, document, document.tour)),
     "projection": _projection,
     "mask": _mask,
     "mode": lambda desk, document, mode: desk.change(**editing.with_mode(document.scene, mode)),

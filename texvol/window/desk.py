@@ -19,7 +19,8 @@ from texvol.window.jobs import Answer
 from texvol.window.layout import Layout
 from texvol.window.loading import Loading
 from texvol.window.measuring import Measuring
-from texvol.window.moving import MovingAnnotation
+from texvol.window.moving import Moving
+from texvol.window.moving_annotation import MovingAnnotation
 from texvol.window.own_files import OwnFiles, written
 from texvol.window.painter import Painter
 from texvol.window.probe import Found
@@ -97,6 +98,8 @@ class Desk:
         File browser, while it is shown.
     probed : Found, optional
         Value under the cursor, if it is asked for.
+    moving : Moving
+        What moves the camera beside mouse and keys.
     folder : Path
         Folder in which the last file was chosen.
     """
@@ -134,10 +137,11 @@ class Desk:
     failed_first: str | None = None
     browser: Browser | None = None
     probed: Found | None = None
+    moving: Moving = field(default_factory=Moving)
     now: float = 0.0
     panel_state: dict[str, Any] = field(default_factory=dict)
     folder: Path = field(default_factory=Path.cwd)
-    moving: MovingAnnotation = field(default_factory=MovingAnnotation)
+    annotating: MovingAnnotation = field(default_factory=MovingAnnotation)
 
     def say(self, text: str, *, fault: bool = False) -> None:
         """Show a message; a fault is shown longer. While a script is played back, only faults are shown."""
@@ -359,6 +363,7 @@ class Desk:
     def _hear(self, answer: Answer) -> None:
         if answer.kind == "progress":
             self.writing = float(answer.metadata["done"])
+            self.moving.left.learn(self.writing, self.now)
             return
         self.writing = None
         for warning in answer.metadata.get("warnings", ()):

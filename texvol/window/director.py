@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -66,6 +66,7 @@ class Director:
         self.faults: list[str] = []
         self.refined = 0.0  # fraction of the work of the picture at rest that is done
         self.pictures = 0  # number of pictures received
+        self._aside: Callable[[NDArray], None] | None = None  # receiver of the mover's current picture, if asked aside
 
     @property
     def accuracy(self) -> dict[str, Any]:
@@ -110,7 +111,7 @@ class Director:
         """Take over new pictures and start the next jobs; return True if there is a new picture."""
         new = False
         for answer in self._mover.answers():
-            new |= self._hear_mover(answer)
+            new |= self._hear_mover(answer) if self._aside is None else self._hear_aside(answer)
         for answer in self._refiner.answers():
             new |= self._hear_refiner(answer)
         if self._wanted is None:
@@ -130,11 +131,28 @@ class Director:
             self._refiner.ask(kind="rest", scene=at_rest(scene), size=size, showing=showing, accuracy=self.accuracy)
         return new
 
+    def aside(self, scene: Scene, size: Size, showing: Showing, take: Callable[[NDArray], None]) -> bool:
+        """Have a small picture of another scene drawn for `take`; return False if there is something else to draw."""
+        if not self.at_rest or self._mover.busy:
+            return False
+        self._aside = take
+        accuracy = {"sampling_rate": 1.0, "early_termination": MOVING_TERMINATION}
+        self._mover.ask(kind="move", scene=moving_scene(scene), size=size, showing=showing, accuracy=accuracy)
+        return True
+
     def next_due(self, now: float) -> float:
         """Return the seconds until `update` has to be called again although no picture arrives."""
         if self._wanted is None or self._refined == self.version or self._mover.busy:
             return float("inf")
         return max(SETTLED - (now - self._changed_at), 0.0)
+
+    def _hear_aside(self, answer: Answer) -> bool:
+        take = self._aside
+        if answer.final:
+            self._aside = None
+            if answer.pixels is not None and take is not None:
+                take(answer.pixels)
+        return False
 
     def _hear_mover(self, answer: Answer) -> bool:
         if answer.kind == "failed":

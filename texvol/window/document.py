@@ -19,8 +19,10 @@ from texvol.annotation import Annotation, check, with_room
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.content import forget_content
 from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
+from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.window.first_choice import opened_with
@@ -68,11 +70,12 @@ class Saved(NamedTuple):
 
 
 class State(NamedTuple):
-    """Scene, what is switched off in it, and its measures."""
+    """Scene, what is switched off in it, its measures, and its saved views."""
 
     scene: Scene
     off: Off = Off()
     measures: tuple[Measure, ...] = ()
+    tour: Tour = Tour()
 
 
 class History:
@@ -145,6 +148,7 @@ class Document:
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
         self.saved: Saved | None = None
+        self.kept_tour = Tour()  # the saved views of the scene file
         self.home: Home | None = None
         self.unframed = False
         self._size = size
@@ -179,7 +183,7 @@ class Document:
         saved = self.saved
         scene, showing, hidden = self._opened if saved is None else (saved.scene, saved.showing, saved.hidden)
         names = [part.name for part in fields(Scene) if part.name != "camera"]
-        same = showing == self.showing and hidden == self.off.volumes
+        same = showing == self.showing and hidden == self.off.volumes and self.kept_tour == self.tour
         return not same or any(getattr(scene, name) != getattr(self.scene, name) for name in names)
 
     @property
@@ -203,6 +207,11 @@ class Document:
         if not self.measures:
             return self.showing
         return replace(self.showing, annotation=replace(self.showing.annotation, measures=()))
+
+    @property
+    def tour(self) -> Tour:
+        """Saved views, and the path through them."""
+        return self.history.now.tour
 
     @property
     def scenes(self) -> list[Scene]:
@@ -261,12 +270,19 @@ class Document:
         InputError
             If the parts make no valid scene; the previous scene stays.
         """
-        scene = replace(self.scene, **parts) if parts else self.scene
-        state = State(
-            scene, self.off if off is None else off, self.history.now.measures if measures is None else measures
+        scene, now = replace(self.scene, **parts) if parts else self.scene, self.history.now
+        state = now._replace(
+            scene=scene,
+            off=now.off if off is None else off,
+            measures=now.measures if measures is None else measures,
         )
         self.history.change(state, stroke)
         self._become(scene)
+
+    def change_tour(self, tour: Tour, stroke: str | None = None) -> None:
+        """Change the saved views; views that are the same have no effect."""
+        if tour != self.tour:
+            self.history.change(self.history.now._replace(scene=self.scene, tour=tour), stroke)
 
     def at_step(self, found: Mapping[Volume, Volume]) -> None:
         """Replace volumes by those of another time step, everywhere: no step of the history, and no unsaved change."""
@@ -298,6 +314,9 @@ class Document:
         before, self.scene = self.scene, scene
         if self.history.now.measures != self.measures:
             self.show(annotation=replace(self.showing.annotation, measures=self.history.now.measures))
+        for volume in before.volumes:
+            if volume not in scene.volumes:  # the history holds many volumes
+                forget_content(volume)
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
             if np.array_equal(one, other):
@@ -334,7 +353,8 @@ def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing, size, off)
-    document.marks = marks
+    document.marks, document.kept_tour = marks, options.tour
+    document.history.now = document.history.now._replace(tour=options.tour)
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
         if has_time(scene):

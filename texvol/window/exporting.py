@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from texvol.formats.pictures import image
+from texvol.scene.orbit import Turn
+from texvol.scene.tour import Tour
 from texvol.window import own_files, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
@@ -48,20 +50,29 @@ def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int
         guarded(desk, path, lambda each: [each], write)
 
 
-def film(desk: Desk, document: Document, path: str, size: tuple[int, int], views: int, rate: float) -> None:
-    """Have a film or numbered pictures of one turn written."""
+def film(
+    desk: Desk, document: Document, path: str, size: tuple[int, int], views: int, rate: float,
+    course: Turn | Tour | None = None,
+) -> None:  # fmt: skip
+    """Have a film or numbered pictures of a turn, or of a tour through the saved views, written."""
     from texvol.formats.films import containers as film_formats
     from texvol.formats.films import film as films
 
+    course = course or Turn()
     fps = rate if film_formats.is_film(path) else None
 
     def check() -> None:
         films.check_output(path, views, size)
         film_formats.check_rate(path, fps)
+        if isinstance(course, Turn):
+            course.direction(document.view.camera, document.scene.volume)
+        else:
+            course.cameras(1)
 
     def write(chosen: str) -> None:
         accuracy = desk.director.accuracy
-        desk.write(document, kind="film", size=size, accuracy=accuracy, path=chosen, views=views, fps=fps)
+        job = {"size": size, "accuracy": accuracy, "path": chosen, "views": views, "course": course, "fps": fps}
+        desk.write(document, kind="film", **job)
 
     if desk.attempt(check):
         guarded(desk, path, lambda each: own_files.written(each, views), write)

@@ -9,7 +9,9 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation
+from texvol.scene.orbit import Turn
 from texvol.scene.scene import Scene
+from texvol.scene.tour import Tour
 
 Size = tuple[int, int]
 
@@ -41,7 +43,8 @@ class Job:
         Number of the job; a process drops a job when one with a higher number arrives.
     kind : str
         "move": one picture with `accuracy`. "rest": several pictures with decreasing error, the last within
-        `accuracy["max_error"]`. "file": a picture file at `path`. "film": an orbit of `views` pictures at `path`.
+        `accuracy["max_error"]`. "file": a picture file at `path`. "film": `views` pictures at `path`, of a turn or
+        a tour, the `course`.
         "steps": a picture for each of `views` time steps at `path`.
     accuracy : mapping
         Arguments of `Renderer.render`.
@@ -59,6 +62,7 @@ class Job:
     showing: Showing = Showing()
     path: str = ""
     views: int = 0
+    course: Turn | Tour = field(default_factory=Turn)
     fps: float | None = None
     name: str = ""
     with_opacity: bool = False

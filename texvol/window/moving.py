@@ -1,42 +1,76 @@
-"""Annotation over pictures that move: at the window's resolution, whatever that of the picture below it."""
+"""State of what moves the camera beside mouse and keys: motions, orientation cube, saved views and their pictures."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from typing import Any
 
-from texvol.annotation.quick import Parts, QuickAnnotation
-from texvol.opengl.overlay import Overlay
-from texvol.window.director import Shown
-from texvol.window.jobs import Size
-from texvol.window.screen import Textures
+from texvol.scene.camera import Camera
+from texvol.scene.orbit import Turn
+from texvol.util.time_left import TimeLeft
+from texvol.window.document import Document
+from texvol.window.navigation import View
+from texvol.window.thumbnails import Thumbnails
 
 
-class MovingAnnotation:
-    """Annotation of the last picture, and the programs that draw it; the window's context is current."""
+@dataclass
+class Motion:
+    """Move of the camera.
 
-    def __init__(self) -> None:
-        self._overlay: Overlay | None = None
-        self._drawer = QuickAnnotation()
-        self._known: tuple[Any, Parts] | None = None
+    Attributes
+    ----------
+    at : callable
+        Returns the view at a number of seconds after the start.
+    seconds : float
+        Duration; a move that `repeats` begins again then.
+    end : callable
+        Called at the end, unless another change of the view ends the move earlier.
+    name : str
+        What the move is, for its button; "" for a move to another view.
+    start : float, optional
+        Time of the first frame.
+    last : Camera, optional
+        Camera that the move has set last.
+    """
 
-    def draw(self, textures: Textures | None, corner: Size, size: Size, number: int, shown: Shown) -> None:
-        """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer.
+    document: Document
+    at: Callable[[float], View]
+    seconds: float
+    end: Callable[[], Any] = lambda: None
+    name: str = ""
+    repeats: bool = False
+    start: float | None = None
+    last: Camera | None = None
 
-        `corner` is the upper left corner of the picture in the window, and `size` its size, in pixels; pictures with
-        the same `number` are the same.
-        """
-        assert textures is not None and shown.wanted is not None
-        gl, showing = textures.gl, shown.wanted.showing
-        if self._known is None or self._known[0] != (number, size):
-            how: dict[str, Any] = {"transparent": showing.transparent, "window": shown.metadata.get("window")}
-            parts = self._drawer.parts(shown.wanted.scene, size, showing.annotation, **how)
-            self._known = (number, size), parts
-        if self._overlay is None:
-            self._overlay = Overlay(gl)
-        parts = self._known[1]
-        texture = textures.texture("moving", number, lambda: shown.pixels)
-        before = gl.viewport
-        gl.screen.use()
-        gl.viewport = corner[0], before[3] - corner[1] - size[1], *size
-        self._overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
-        gl.viewport = before
+
+@dataclass
+class Moving:
+    """State of what moves the camera.
+
+    Attributes
+    ----------
+    motion : Motion, optional
+        Move that goes on.
+    cube : bool
+        True if the orientation cube is shown.
+    pressed : (x, y), optional
+        Where the mouse was pressed on the cube, in window coordinates.
+    dragged : bool
+        True if the mouse has moved since, so that its release is no click.
+    turn : Turn
+        Turn of films and previews.
+    films_tour : bool
+        True if films go through the saved views, False if they turn.
+    left : TimeLeft
+        Estimate of the time that is left of writing a file.
+    """
+
+    motion: Motion | None = None
+    cube: bool = True
+    pressed: tuple[float, float] | None = None
+    dragged: bool = False
+    turn: Turn = field(default_factory=Turn)
+    films_tour: bool = False
+    thumbnails: Thumbnails = field(default_factory=Thumbnails)
+    left: TimeLeft = field(default_factory=TimeLeft)

@@ -28,6 +28,7 @@ from texvol.rendering.settings import Settings, checked_termination
 from texvol.scene.display import NUMBER_MODES, found_window
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.tour import Tour
 from texvol.slicing import slabs as slicing
 from texvol.util import progress, writing
 from texvol.util.errors import AccuracyWarning
@@ -208,8 +209,12 @@ class JobRunner:
         from texvol.output import sequences
         from texvol.window import time_frames
 
-        made = time_frames.frames if job.kind == "steps" else sequences.views
-        frames = made(job.scene, job.views, job.name)
+        if job.kind == "steps":
+            frames = time_frames.frames(job.scene, job.views, job.name)
+        elif isinstance(job.course, Tour):
+            frames = sequences.tour(job.scene, job.course, job.views, job.name)
+        else:
+            frames = sequences.views(job.scene, job.views, job.name, job.course)
         counted = replace(frames, scenes=self._counted(job, frames))
         accuracy: dict[str, Any] = dict.fromkeys(("slab_thickness", "sampling_rate", "max_error")) | dict(job.accuracy)
         how: dict[str, Any] = {"transparent": job.showing.transparent, "fps": job.fps}

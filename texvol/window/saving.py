@@ -54,9 +54,10 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
         If a file can't be written, or a scene file can't describe the scene.
     """
     check_writable(path)
-    files = scene_files(path, document.scene, size, document.showing, document.off)
+    files = scene_files(path, document.scene, size, document.showing, document.off, document.tour)
     writing.write_files({str(name): content for name, content in files.items()})
     document.saved = Saved(path, document.scene, document.showing, size, document.off.volumes)
+    document.kept_tour = document.tour
 
 
 def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[str, Any]) -> list[str]:

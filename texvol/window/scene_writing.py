@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ import numpy as np
 
 from texvol.annotation import Annotation
 from texvol.annotation.request import PARTS
+from texvol.options import saved_views
 from texvol.options.light import AMBIENT
 from texvol.scene import spaces
 from texvol.scene.added_volume import AddedVolume
@@ -26,6 +27,7 @@ from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
+from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.util.locations import is_remote
@@ -39,7 +41,12 @@ _NOT_READING_OPTIONS = ("path", "absolute", "transform", "built_in", "fade")
 
 
 def scene_files(
-    path: str | os.PathLike[str], scene: Scene, size: tuple[int, int], showing: Showing, off: Off = NOTHING_OFF
+    path: str | os.PathLike[str],
+    scene: Scene,
+    size: tuple[int, int],
+    showing: Showing,
+    off: Off = NOTHING_OFF,
+    tour: Tour | None = None,
 ) -> dict[Path, bytes]:
     """Return the contents of the scene file and of the transfer function files, by path.
 
@@ -66,8 +73,8 @@ def scene_files(
     }
     content |= _camera(scene.camera) | _light(scene) | _cutting(scene) | _mode(scene, showing)
     content |= _annotation(showing.annotation) | {"mesh": _meshes(scene, path.parent), "add": added or None}
-    lines = (f"{key} = {_toml(value)}\n" for key, value in content.items() if value is not None)
-    files[path] = "".join(lines).encode()
+    lines = [f"{key} = {_toml(value)}\n" for key, value in content.items() if value is not None]
+    files[path] = "".join([*lines, *_tables(saved_views.tables_of(tour or Tour()))]).encode()
     return files
 
 
@@ -202,6 +209,15 @@ def _annotation(annotation: Annotation) -> dict[str, Any]:
     found: dict[str, Any] = {key: str(text) if text else None for key, text in texts.items()}
     measures = [each.as_table() for each in annotation.measures]
     return {"annotate": ",".join(parts) or None} | found | {"measure": measures or None}
+
+
+def _tables(content: Mapping[str, Any]) -> Iterator[str]:
+    """Yield the lines of tables, and of arrays of tables; they stand after all keys of the scene."""
+    for key, value in content.items():
+        head = f"\n[[{key}]]\n" if isinstance(value, list) else f"\n[{key}]\n"
+        for table in value if isinstance(value, list) else [value]:
+            yield head
+            yield from (f"{name} = {_toml(each)}\n" for name, each in table.items())
 
 
 def _toml(value: Any) -> str:

@@ -161,7 +161,7 @@ _HUES = ((0.1, 0.65, 1.0), (0.2, 1.0, 0.25), (1.0, 0.2, 0.9), (1.0, 0.9, 0.1))
 
 # Of channels that emit, per mean edge of the box. The emission is such that hardly a line through the volume would be
 # brighter than `_WHITE` without absorption, which is a fraction of the emission, so that what lies behind shows.
-_WHITE, _LEAST_GLOW, _MOST_GLOW, _ABSORPTION = 1.2, 2.0, 40.0, 0.25
+_WHITE, _LEAST_GLOW, _MOST_GLOW, _ABSORPTION = 1.1, 2.0, 40.0, 0.25
 _WHITE_BEYOND = 99.0  # percentile of the lines that show anything
 _SHOWS = 0.02  # of the brightest line
 _PROJECTED = 1 << 20  # samples
@@ -330,12 +330,13 @@ def _exposed(volume: Volume, low: float, high: float) -> float:
     few = values[tuple(slice(None, None, min(step, max(count // 4, 1))) for count in values.shape)].astype(np.float64)
     shown = np.clip((np.nan_to_num(few, nan=low) - low) / max(high - low, 1e-300), 0.0, 1.0)
     edges = np.linalg.norm(volume.box_edges, axis=0)
-    brightest = 0.0
+    brightest = []
     for axis, edge in zip((2, 1, 0), edges / edges.mean(), strict=True):
         lines = np.sort(shown.mean(axis=axis), axis=None) * edge
         lines = lines[lines > _SHOWS * lines[-1]]
-        brightest = max(brightest, float(percentile_of_sorted(lines, _WHITE_BEYOND)) if lines.size else 0.0)
-    return float(np.clip(_WHITE / max(brightest, 1e-9), _LEAST_GLOW, _MOST_GLOW))
+        brightest.append(float(percentile_of_sorted(lines, _WHITE_BEYOND)) if lines.size else 1e-9)
+    # Between the views along what is flat, and from its broad side.
+    return float(np.clip(_WHITE / np.sqrt(min(brightest) * max(brightest)), _LEAST_GLOW, _MOST_GLOW))
 
 
 def proposed_beside(volume: Volume, number: int) -> TransferFunction:

@@ -129,7 +129,7 @@ def _range_of_object(volume: Volume, lowest: float, high: float) -> tuple[float,
     if count < _LEAST_OBJECT or int((far[..., 1:] & far[..., :-1]).sum()) < _COHERENT * count:
         return None
     # A long tail of the others has more samples near them than far from them.
-    if int(((values > high) & (values <= high + width)).sum()) * 2 > count:
+    if 2 * int(((values > high + width / 2) & (values <= beyond)).sum()) > count:
         return None
     of_object = np.sort(values[far].astype(np.float64))
     return high, float(percentile_of_sorted(of_object[np.isfinite(of_object)], 90))

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 from imgui_bundle import imgui
 
-from texvol.window import copying
+from texvol.window import copying, motion
 from texvol.window.commands import TABS
 from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
 from texvol.window.document import Document
@@ -15,6 +15,7 @@ from texvol.window.panels import (
     browser,
     camera,
     contents,
+    cube,
     cut,
     dialogs,
     empty,
@@ -72,6 +73,9 @@ def show(desk: Desk) -> None:
     dialogs.ask(desk)
     grips.drag(desk)
     measure_marks.act(desk)
+    cube.drag(desk)
+    motion.step(desk)
+    desk.moving.thumbnails.step(desk.document, desk.director)
     if imgui.is_key_pressed(imgui.Key.escape):
         desk.preferences.help = False
         imgui.internal.close_popups_except_modals()
@@ -82,13 +86,14 @@ def picture(desk: Desk) -> None:
     shown = desk.director.shown
     if shown is not None and shown.lacks_annotation:
         corner = parts.corner_in_pixels(desk)
-        desk.attempt(lambda: desk.moving.draw(desk.textures, corner, desk.pixels, desk.director.pictures, shown))
+        desk.attempt(lambda: desk.annotating.draw(desk.textures, corner, desk.pixels, desk.director.pictures, shown))
     elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     grips.draw(desk)
     planes.draw(desk)
     measure_marks.draw(desk)
+    cube.draw(desk)
     slices.mark(desk)
     overlay.messages(desk)
     overlay.probed(desk)

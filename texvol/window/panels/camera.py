@@ -8,14 +8,15 @@ from typing import Any
 from imgui_bundle import imgui
 
 from texvol.annotation.request import PARTS
+from texvol.scene.framing import VIEWS
 from texvol.scene.lighting import DepthCue
 from texvol.scene.scene import Scene
 from texvol.scene.spaces import letters_of_space
 from texvol.slicing.slabs import SLICINGS
-from texvol.window import commands, navigation
+from texvol.window import commands, navigation, sides
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts, tips
+from texvol.window.panels import parts, saved_views, tips
 
 
 def show(desk: Desk, document: Document) -> None:
@@ -35,14 +36,14 @@ def show(desk: Desk, document: Document) -> None:
             document.look(replace(view, camera=replace(view.camera, height=height)))
     turning = parts.choice("turning", "freely" if desk.steering.free else "turntable", ("turntable", "freely"))
     desk.steering.free = turning == "freely"
-    pressed = parts.buttons(list(navigation.AXES), 6)
-    if pressed:
-        commands.run(desk, f"axis {pressed}")
+    _sides(desk, document)
     pressed = parts.buttons(["reset", "frame"], 2)
     if pressed:
         commands.run(desk, pressed)
+    desk.moving.cube = parts.switch("orientation cube", desk.moving.cube)
     eye = ", ".join(f"{each:.4g}" for each in view.camera.eye)
     imgui.text_disabled(f"eye {eye} {box.unit}")
+    saved_views.show(desk, document)
     _picture(desk, document)
     imgui.separator_text("Quality")
     director = desk.director
@@ -56,6 +57,19 @@ def show(desk: Desk, document: Document) -> None:
     if (slicing := parts.choice("slicing at rest", director.slicing, SLICINGS)) != director.slicing:
         director.slicing = slicing
         director.again()
+
+
+def _sides(desk: Desk, document: Document) -> None:
+    """Show the buttons of the sides that a scene is seen from, and of the axes."""
+    names = sides.names(document.scene.volume)
+    for row in (VIEWS[:4], VIEWS[4:]):
+        pressed = parts.buttons([names[side] for side in row], len(row))
+        for side in row:
+            if pressed == names[side]:
+                commands.run(desk, f"view {side}")
+    pressed = parts.buttons(list(navigation.AXES), 6)
+    if pressed:
+        commands.run(desk, f"axis {pressed}")
 
 
 def _part(part: str, was_on: bool, scene: Scene) -> bool:

@@ -11,7 +11,7 @@ from texvol.window import commands, exporting, opening, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import shortened, volume_called
-from texvol.window.panels import empty, film_over_time, parts, writing
+from texvol.window.panels import empty, film, film_over_time, parts
 
 
 def show(desk: Desk) -> None:
@@ -30,8 +30,7 @@ def show(desk: Desk) -> None:
     _saving(desk, document)
     imgui.separator_text("Picture")
     _picture(desk, document)
-    imgui.separator_text("Film: one turn")
-    _film(desk, document)
+    film.show(desk, document, lambda: _name(desk, "film name", lambda: saving.default_name(document, ".mp4")))
     film_over_time.show(desk, document)
 
 
@@ -112,25 +111,3 @@ def _picture(desk: Desk, document: Document) -> None:
         width, height = state.get("picture size", desk.pixels)
         exporting.picture(desk, document, name, (width, height))
     imgui.set_item_tooltip("write the picture as it is at rest (p)")
-    if imgui.button("copy the picture"):
-        commands.run(desk, "copy")
-    imgui.set_item_tooltip("copy the picture of the window, to be pasted elsewhere (ctrl-c)")
-
-
-def _film(desk: Desk, document: Document) -> None:
-    state = desk.panel_state
-    views = state["views"] = min(max(imgui.input_int("views", state.get("views", 120))[1], 1), 100_000)
-    imgui.set_item_tooltip("pictures of one turn")
-    fps = parts.number("frames per second", state.get("fps", 30.0))
-    if 0.1 <= fps <= 1000:
-        state["fps"] = fps
-    name = _name(desk, "film name", lambda: saving.default_name(document, ".mp4"))
-    if desk.writing is not None:
-        if imgui.button("stop"):
-            writing.stop(desk)
-        imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
-        return
-    if imgui.button("save##film"):
-        width, height = state.get("picture size", desk.pixels)
-        exporting.film(desk, document, name, (width - width % 2, height - height % 2), views, state.get("fps", 30.0))
-    imgui.set_item_tooltip("one turn of the camera, as a film or as numbered pictures")

@@ -53,8 +53,10 @@ def _text(drawn: imgui.ImDrawList, lines: list[Line], words: str, shades: tuple[
     ends = np.array([point for line in lines for point in (line.start, line.end)])
     lowest = ends[int(ends[:, 1].argmax())]
     extent, scale = imgui.calc_text_size(words), parts.scale()
-    at = round(float(lowest[0]) - extent.x / 2), round(float(lowest[1]) + 6 * scale)
-    measure_marks.text(drawn, at, words, shades, imgui.get_font_size())
+    first, last = drawn.get_clip_rect_min(), drawn.get_clip_rect_max()
+    x = max(min(float(lowest[0]) - extent.x / 2, last.x - extent.x - 3 * scale), first.x + 3 * scale)
+    y = max(min(float(lowest[1]) + 6 * scale, last.y - extent.y - 3 * scale), first.y + 3 * scale)
+    measure_marks.text(drawn, (round(x), round(y)), words, shades, imgui.get_font_size())
 
 
 def _act(desk: Desk, document: Document, seen: SliceMap, name: str, hovered: bool) -> bool:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from texvol.window.navigation import AXES
-
 TIPS = {
     # Tabs
     "Medium": "which values show, in which colours",
@@ -78,8 +76,34 @@ TIPS = {
     "frames per second": "speed that is wanted",
     "error at rest": "greatest error of the picture at rest, in steps of 8 bits",
     "slicing at rest": "how slabs of the picture at rest are drawn",
-    **{axis: f"look from {axis} ({axis[1] if axis[0] == '+' else f'shift-{axis[1]}'})" for axis in AXES},
+    "front": "look from the front (--view front)",
+    "back": "look from the back (--view back)",
+    "left": "look from the left side (--view left)",
+    "right": "look from the right side (--view right)",
+    "top": "look from above (--view top)",
+    "bottom": "look from below (--view bottom)",
+    "iso": "look at a corner, from the front, the right and above (--view iso)",
+    "anterior": "look from the front of the body (--view front)",
+    "posterior": "look from the back of the body (--view back)",
+    "superior": "look from the head (--view top)",
+    "inferior": "look from the feet (--view bottom)",
+    "+x": "look from +x (x)",
+    "-x": "look from -x (shift-x)",
+    "+y": "look from +y (y)",
+    "-y": "look from -y (shift-y)",
+    "+z": "look from +z (z)",
+    "-z": "look from -z (shift-z)",
+    "orientation cube": "the cube in the corner of the picture: click a face, an edge or a corner, or drag it",
+    "back to the first": "the path leads from the last view to the first, so that the film can be repeated",
+    "stop at each": "the camera stops at each view; else it passes through",
     # Light
+    "head": "one light at the eye",
+    "three-point": "a warm key light, a weak fill light, and a rim light from behind, placed for this view",
+    "studio": "large soft lights: even, with little shadow, placed for this view",
+    "brightness": "strength of the light",
+    "##light color": "colour of the light",
+    "from": "direction from which the light comes; drag, or double-click to type",
+    "at": "position of the light; drag, or double-click to type",
     "light": "on or off; a light that is switched off comes back as it was",
     "ambient": "light from everywhere",
     "diffuse": "matt reflection",
@@ -115,6 +139,10 @@ TIPS = {
     # Foot
     "details": "error, slabs, size and time of the picture, and what is modelled",
     # File
+    "film of": "what the camera does in the film",
+    "axis": "axis of the turns, through the point that the camera looks at",
+    "turns": "how often the camera goes around",
+    "camera goes": "direction of the turns",
     "transparent background": "picture files keep their opacity",
     "hidden files": "names that begin with a dot (ctrl-h)",
 }

@@ -28,7 +28,8 @@ def show(desk: Desk) -> None:
     imgui.begin("writing", None, flags | imgui.WindowFlags_.no_focus_on_appearing)
     waiting = f", {len(desk.orders)} more after it" if desk.orders else ""
     name = os.path.basename(desk.written) or "a file"
-    imgui.text_wrapped(f"writing {name[-_LETTERS:]}{waiting}")
+    left = desk.moving.left.text(desk.now)
+    imgui.text_wrapped(f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else ""))
     style = imgui.get_style()
     button = imgui.calc_text_size("stop").x + 2 * style.frame_padding.x
     room = imgui.get_content_region_avail().x - button - style.item_spacing.x
