@@ -45,8 +45,9 @@ def everything(desk: Desk) -> None:
     )
 
 
-# Pictures in which one drags and clicks: a tooltip would cover them, and the button below them explains their use.
-PICTURES = {("invisible_button", name) for name in (*NAMES, "plot")}
+# Pictures in which one drags and clicks: a tooltip would cover them, and texts beside them explain their use. The sphere
+# has a tooltip for each light on it.
+PICTURES = {("invisible_button", name) for name in (*NAMES, "plot", "sphere")}
 
 
 def bare(seen: Seen) -> str:
