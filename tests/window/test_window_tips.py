@@ -45,8 +45,8 @@ def everything(desk: Desk) -> None:
     )
 
 
-# Pictures in which one drags and clicks: a tooltip would cover them, and texts beside them explain their use. The sphere
-# has a tooltip for each light on it.
+# Pictures in which one drags and clicks: a tooltip would cover them, and texts beside them explain their use. The
+# sphere has a tooltip for each light on it.
 PICTURES = {("invisible_button", name) for name in (*NAMES, "plot", "sphere")}
 
 
