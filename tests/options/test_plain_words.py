@@ -142,6 +142,21 @@ def test_render_says_what_it_drew(capsys: pytest.CaptureFixture[str]) -> None:
     assert "look grey, unlit" in last and not any("since nothing says" in line for line in before)
 
 
+def test_an_error_above_the_limit_comes_with_what_lowers_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A limit that no picture reaches, unless it is asked for its rate."""
+    monkeypatch.setattr("texvol.rendering.default_rate._FINEST", 1)
+    np.save("v.npy", (100 * (BALL > 0.5)).astype(np.float32))
+    line = ["render", "v.npy", "--no-labels", "--size", "48", "-o", "a.png"]
+    assert main(line) == 0
+    *_, last = capsys.readouterr().out.splitlines()
+    assert re.search(r"estimated error [\d.]+ \(more slabs take longer: --max-error 0\.016\), [\d.]+ s$", last)
+    assert main([*line, "--sampling-rate", "1"]) == 0
+    *_, last = capsys.readouterr().out.splitlines()
+    assert re.search(r"estimated error [\d.]+, [\d.]+ s$", last)
+
+
 def test_all_looks_stand_on_one_sheet(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["presets", "v.npy", "--size", "48", "-o", "sheet.png"]) == 0
     said = capsys.readouterr().out
