@@ -23,8 +23,8 @@ from texvol.opengl.overlay import Line, Patch
 from texvol.scene.scene import Scene
 
 Window = tuple[float, float] | None
-_MOST_KEPT = 1000  # words
-_MOST_LEGENDS = 16  # kept: their place depends on the letters of the picture's borders
+_MOST_KEPT = 400  # words: some 10 kB each
+_MOST_LEGENDS = 4  # kept, of some megabytes: their place depends on the letters of the picture's borders
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Parts:
 class _QuickSheet(Sheet):
     """Sheet that keeps lines as they are, and draws words into patches."""
 
-    def __init__(self, words: dict[Hashable, tuple[NDArray[np.float64], int, int]], *how: Any) -> None:
+    def __init__(self, words: dict[Hashable, tuple[NDArray[np.float16], int, int]], *how: Any) -> None:
         super().__init__(*how)
         self._lines: dict[Line, Line] = {}  # by all but their opacity
         self.patches: list[Patch] = []
@@ -77,7 +77,7 @@ class _QuickSheet(Sheet):
         return [*self.patches, found] if found is not None else self.patches
 
 
-def _drawn(parts: Sequence[tuple[NDArray[np.float64], int, int, ArrayLike]]) -> tuple[NDArray[np.float64], int, int]:
+def _drawn(parts: Sequence[tuple[NDArray[np.float64], int, int, ArrayLike]]) -> tuple[NDArray[np.float16], int, int]:
     """Return premultiplied colours of arrays of coverage over each other, and their upper left pixel."""
     left, top = min(x for _, x, _, _ in parts), min(y for _, _, y, _ in parts)
     right = max(x + coverage.shape[1] for coverage, x, _, _ in parts)
@@ -85,7 +85,7 @@ def _drawn(parts: Sequence[tuple[NDArray[np.float64], int, int, ArrayLike]]) -> 
     colors, size = np.zeros((bottom - top, right - left, 4)), (right - left, bottom - top)
     for coverage, x, y, color in parts:
         marks.lay_over(colors, marks.patch(coverage, x - left, y - top, color, size))
-    return colors, left, top
+    return colors.astype(np.float16), left, top
 
 
 def _patch_of(key: Hashable, drawn: list[marks.Mark], size: tuple[int, int]) -> Patch | None:
@@ -98,7 +98,7 @@ def _patch_of(key: Hashable, drawn: list[marks.Mark], size: tuple[int, int]) -> 
     colors = np.zeros((bottom - top + 1, right - left + 1, 4))
     for mark in drawn:
         marks.lay_over(colors, mark._replace(rows=mark.rows - top, columns=mark.columns - left))
-    return Patch(key, colors, left, top)
+    return Patch(key, colors.astype(np.float16), left, top)
 
 
 @dataclass
@@ -107,7 +107,7 @@ class QuickAnnotation:
 
     _letters: Lettering | None = None
     _font: Any = None
-    _words: dict[Hashable, tuple[NDArray[np.float64], int, int]] = field(default_factory=dict)
+    _words: dict[Hashable, tuple[NDArray[np.float16], int, int]] = field(default_factory=dict)
     _legends: dict[Hashable, tuple[list[Rect], list[Patch]]] = field(default_factory=dict)
     _legends_of: tuple[Scene, Annotation] | None = None
     _count: int = 0  # of patches with a key of their own

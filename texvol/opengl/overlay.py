@@ -29,7 +29,7 @@ class Patch(NamedTuple):
     """
 
     key: Hashable
-    colors: NDArray[np.float64]
+    colors: NDArray[np.floating]
     left: int
     top: int
 
