@@ -4,19 +4,19 @@
     python scripts/compare_first_pictures.py DATA -o FOLDER [--page] [--only NAME,NAME]
 
 DATA is the folder of the real volumes (`real_volumes.py` lists them), or any folder or file with volumes. Each program
-is told the file and no more, see `first_picture_programs.py`. Seconds are those of a whole process, start to finish;
-texvol reads the file itself, the others a VTK image of it, whose making does not count. `--page` stores the sheets for
-the page of documentation and prints its table.
+is told the file and no more, see `first_picture_programs.py`. Seconds are the processor's for a whole process, start to
+finish, which hardly depend on what else runs; texvol reads the file itself, the others a VTK image of it, whose making
+does not count. `--page` stores the sheets for the page of documentation. The table is printed.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import resource
 import subprocess
 import sys
 import tempfile
-import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -73,13 +73,14 @@ def write_image(volume: Volume, target: Path) -> None:
 
 
 def drawn(program: str, words: Sequence[str], image: Path, kind: str, picture: Path) -> tuple[float, str]:
-    """Draw with a program; return the seconds of its process, and the last line that it said."""
+    """Draw with a program; return the processor's seconds for its process, and the last line that it said."""
     line: list[str | Path] = [BESIDE, PROGRAMS, program, image, picture, str(SIZE), kind]
     if program == "texvol":
         line = [sys.executable, "-m", "texvol", "render", *words, "--size", str(SIZE), "-o", picture]
-    start = time.perf_counter()
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
     done = subprocess.run(line, capture_output=True, text=True)
-    seconds = time.perf_counter() - start
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     if done.returncode:
         print(f"{program}: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
     return seconds, (done.stdout + done.stderr).strip().rpartition("\n")[2]
@@ -91,13 +92,13 @@ def burnt(picture: Path) -> float:
     return float((pixels.min(axis=2) >= _BURNT).sum() / max(int((pixels.max(axis=2) > 0).sum()), 1))
 
 
-def sheet(pictures: dict[str, Path], seconds: dict[str, float]) -> Image.Image:
-    """Lay the pictures of one volume out in a row, with names and seconds above."""
+def sheet(pictures: dict[str, Path]) -> Image.Image:
+    """Lay the pictures of one volume out in a row, with the programs' names above."""
     whole = Image.new("RGB", (len(pictures) * _SMALL, _SMALL + _CAPTION), (255, 255, 255))
     writer = ImageDraw.Draw(whole)
     for number, (program, path) in enumerate(pictures.items()):
         left = number * _SMALL
-        writer.text((left + 3, 2), f"{NAMES[program]}, {seconds[program]:.1f} s", (0, 0, 0), ImageFont.load_default(12))
+        writer.text((left + 3, 2), NAMES[program], (0, 0, 0), ImageFont.load_default(12))
         if path.exists():
             small = Image.open(path).convert("RGB").resize((_SMALL - 2, _SMALL - 2), Image.Resampling.LANCZOS)
             whole.paste(small, (left + 1, _CAPTION))
@@ -117,7 +118,7 @@ def compare(name: str, words: Sequence[str], folder: Path) -> tuple[Image.Image,
     times = " | ".join(f"{seconds[program]:.1f}" for program in NAMES)
     error = said.partition("estimated error ")[2].partition(",")[0].partition(" ")[0] or "not estimated"
     line = f"| {name} | {kind} | {error} | {100 * burnt(pictures['texvol']):.1f} | {times} |"
-    return sheet(pictures, seconds), line
+    return sheet(pictures), line
 
 
 def main() -> int:
@@ -131,7 +132,7 @@ def main() -> int:
         print("other programs are not installed: run sh scripts/setup.sh '' side-by-side", file=sys.stderr)
         return 2
     arguments.output.mkdir(parents=True, exist_ok=True)
-    print("| file | kind | estimated error | white, % | texvol, s | PyVista, s | F3D, s | VTK, s |")
+    print("| file | kind | estimated error | white, % | texvol, s | PyVista, s | F3D, s | VTK, s |", flush=True)
     print("|---|---|---|---|---|---|---|---|")
     for name, words in volumes_of(arguments.data, arguments.only).items():
         row, line = compare(name, words, arguments.output)

@@ -54,6 +54,58 @@ UPPER = (
         "test_window_browsing.py test_window_contents.py test_window_document.py -k 'recent or latest or lately'",
     ),
     Mistake(
+        *("window", "lineage:adjusted"),
+        *("base = before.base or medium", "base = medium"),
+        "range and opacity are applied to what range and opacity have made",
+        "test_window_layers.py -k 'command_line or lost'",
+    ),
+    Mistake(
+        *("window", "lineage:remembered"),
+        *("replace(lineage, base=None) if lineage.base is medium else lineage", "lineage"),
+        "a transfer function is held by its own lineage",
+        "test_window_layers.py -k 'lineage_ends'",
+    ),
+    Mistake(
+        *("window", "layers:Layers.merged"),
+        *("color=right if number else left", "color=left"),
+        "a colour map in steps has no steps",
+        "test_window_layers.py -k 'another_colour_map'",
+    ),
+    Mistake(
+        *("window", "layers:Layers.with_curve"),
+        *(
+            "points = (replace(each, color=triple(color_at(self.palette, each.value))) for each in curve.points)\n"
+            "        return Layers(Curve(tuple(points)), self.palette)",
+            "return Layers(curve)",
+        ),
+        "a point that is moved over a colour map takes its colour along",
+        "test_window_layers.py -k 'moves_over'",
+    ),
+    Mistake(
+        *("window", "gestures:Drag._denser"),
+        *("extinction_of(there, length) / extinction_of(here, length)", "there / here"),
+        "a curve that is pulled does not come to the mouse",
+        "test_window_gestures.py -k 'pulled'",
+    ),
+    Mistake(
+        *("window", "gestures:widened"),
+        *("about - (about - low) * factor", "low"),
+        "a curve is widened about its low end",
+        "test_window_gestures.py -k 'wide or wheel'",
+    ),
+    Mistake(
+        *("window", "opacity_shapes:with_opacities"),
+        *("layers = Layers(curve).with_palette(palette)", "layers = Layers(curve)"),
+        "an opacity shape loses the colours between its points",
+        "test_window_layers.py -k 'shape_leaves'",
+    ),
+    Mistake(
+        *("window", "strips:_filled"),
+        *("rows = 1 - (np.arange", "rows = (np.arange"),
+        "strips hang from their upper edge",
+        "test_window_looks.py -k 'strip_shows_colours'",
+    ),
+    Mistake(
         *("pytest_plugin", "names:Claims.page"),
         *("self._pages[page] = self._pages.get(page, 0) + 1", "self._pages[page] = 1"),
         "two checks of one name write one page",
@@ -168,7 +220,7 @@ UPPER = (
         "test_stored_volumes.py -k 'beside'",
     ),
     Mistake(
-        *("provenance", "scene_metadata:_crc32_of"),
+        *("formats", "scene_metadata:_crc32_of"),
         *("np.ascontiguousarray(values)", "np.ascontiguousarray(values[:1])"),
         "the checksum is of the first layer alone",
         "test_stored_volumes.py -k 'checksum'",

@@ -1,7 +1,8 @@
 #!/bin/sh
 # Makes .venv with texvol in it, and sees to it that OpenGL answers. Does nothing, quickly, where that is done.
 # Usage: sh scripts/setup.sh [EXTRA [BESIDE]]     EXTRA: as in pyproject.toml
-# BESIDE: osmesa is wanted beside EGL; or paraview, which scripts/benchmark_paraview.py is measured beside
+# BESIDE: osmesa is wanted beside EGL; or paraview, which scripts/benchmark_paraview.py is measured beside; or
+# side-by-side, the programs of scripts/compare_first_pictures.py, in an environment of their own
 set -eu
 extra=${1:-}
 wanted_too=${2:-}
@@ -150,4 +151,14 @@ if [ "$wanted_too" = paraview ] && ! has_paraview >/dev/null; then
     [ "$manager" = apt-get ] || fail "ParaView is installed on Debian and Ubuntu only; install pvbatch, mpiexec and Xvfb"
     install_packages python3-paraview paraview openmpi-bin xvfb libgl1 libgl1-mesa-dri && has_paraview >/dev/null ||
         fail "pvbatch, mpiexec and Xvfb could not be installed (see above)"
+fi
+
+# 7. PyVista, F3D and VTK in .venv-side, so that their versions are not ours.
+
+beside_python=.venv-side/bin/python
+compares() { "$beside_python" -c 'import f3d, pyvista' 2>/dev/null; }
+if [ "$wanted_too" = side-by-side ] && ! compares; then
+    say "installing PyVista, VTK and F3D into .venv-side"
+    "$python" -m venv .venv-side && "$beside_python" -m pip install --quiet --disable-pip-version-check \
+        'pyvista>=0.49,<1' 'f3d>=4,<5' && compares || fail "PyVista and F3D could not be installed (see above)"
 fi

@@ -17,11 +17,10 @@ out vec4 texel;
 uniform sampler2D atlas;     // linear, premultiplied
 in vec2 texel_of_atlas;
 #elif PART == 2
-uniform vec3 color;          // linear, likewise
-uniform vec3 background;
-uniform float line_width;    // pixels
+uniform vec3 background;     // linear, likewise
 in vec4 on_line;
 flat in vec4 kind;
+flat in vec4 look;
 #endif
 
 #if PART != 0
@@ -61,7 +60,7 @@ void main() {
     float covered = over.a;
     vec3 shown = linear_from_srgb(behind.rgb) * (1.0 - covered) + over.rgb;
 #else
-    float half_width = 0.5 * line_width;
+    float half_width = 0.5 * look.w;
     float part = (beyond(on_line.x + half_width, kind.yx) - beyond(on_line.x - half_width, kind.yx))
         * (beyond(on_line.y, kind.xy) - beyond(on_line.y - on_line.z, kind.xy));
     if (part <= 0.0) {
@@ -69,10 +68,10 @@ void main() {
     }
     vec3 light = linear_from_srgb(behind.rgb);
     float covered = 1.0 - (1.0 - on_line.w * part) * (1.0 - kind.w * part);
-    vec3 shown = light + covered * (color - light);
+    vec3 shown = light + covered * (look.rgb - light);
     if (kind.z > 0.5) {
         covered = (1.0 - behind.a) * min((on_line.w + kind.w) * part, 1.0);
-        shown = light + covered * (color - background);
+        shown = light + covered * (look.rgb - background);
     }
 #endif
     texel = vec4(srgb_from_linear(shown) - (1.0 - covered) * behind.rgb, covered);

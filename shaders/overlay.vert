@@ -10,6 +10,7 @@ in vec2 in_texel;        // of the atlas
 #elif PART == 2
 in vec4 in_line;         // pixels across the line and along it, its length, its opacity
 in vec4 in_kind;         // direction of the line, 1 if it lies behind the medium, opacity of the same line under it
+in vec4 in_look;         // colour, linear, and width in pixels
 #endif
 
 out vec2 place;          // in the picture, from 0 to 1
@@ -18,6 +19,7 @@ out vec2 texel_of_atlas;
 #elif PART == 2
 out vec4 on_line;
 flat out vec4 kind;
+flat out vec4 look;
 #endif
 
 void main() {
@@ -28,5 +30,6 @@ void main() {
 #elif PART == 2
     on_line = in_line;
     kind = in_kind;
+    look = in_look;
 #endif
 }

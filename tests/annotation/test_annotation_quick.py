@@ -14,8 +14,9 @@ from texvol.annotation import Annotation, annotate
 from texvol.annotation.quick import Parts, QuickAnnotation
 from texvol.formats.pictures import image
 from texvol.opengl.contexts import Context, open_context
-from texvol.opengl.overlay import Line, Look, Overlay, Patch
+from texvol.opengl.overlay import Line, Overlay, Patch, Triple
 from texvol.scene.camera import Camera
+from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
@@ -39,7 +40,7 @@ def scene(background: tuple[float, float, float] = (0.0, 0.0, 0.0), camera: Came
     return texvol.Scene(volume, camera=aside, background=background).completed(SIZE)
 
 
-def drawn(context: Context, picture: NDArray, parts: Parts) -> NDArray[np.uint8]:
+def drawn(context: Context, picture: NDArray, parts: Parts, background: Triple) -> NDArray[np.uint8]:
     """The picture with lines and patches over it, as the window shows it."""
     opacity = np.rint(np.clip(picture[..., 3:], 0, 1) * 255).astype(np.uint8)
     pixels = np.ascontiguousarray(np.concatenate([image.eight_bits(picture), opacity], axis=2))
@@ -48,7 +49,7 @@ def drawn(context: Context, picture: NDArray, parts: Parts) -> NDArray[np.uint8]
         overlay, target = Overlay(gl), gl.framebuffer([gl.texture(SIZE, 4)])
         texture = gl.texture(SIZE, 4, pixels, alignment=1)
         target.use()
-        overlay.draw(texture, SIZE, parts.lines, parts.patches, parts.look)
+        overlay.draw(texture, SIZE, parts.lines, parts.patches, background)
         found = np.frombuffer(target.read(components=3, alignment=1), np.uint8).reshape(SIZE[1], SIZE[0], 3)[::-1]
         assert gl.error == "GL_NO_ERROR"
         overlay.release()
@@ -61,7 +62,7 @@ def differences(context: Context, given: Scene, annotation: Annotation, *, trans
     picture = texvol.render(given, SIZE)
     wanted = image.eight_bits(annotate(picture, given, SIZE, annotation, transparent=transparent)).astype(int)
     parts = QuickAnnotation().parts(given, SIZE, annotation, transparent=transparent, window=None)
-    found = drawn(context, picture, parts)
+    found = drawn(context, picture, parts, given.background)
     plain = image.eight_bits(picture).astype(int)
     marked = (wanted != plain).any(axis=2)
     assert marked.sum() > 50, "something is drawn"
@@ -96,6 +97,16 @@ def test_a_transparent_picture_is_annotated_for_a_white_page(context: Context) -
     assert (differences(context, scene(), ALL, transparent=True) > 2).mean() < 0.03
 
 
+def test_measures_in_their_own_colours_and_widths_as_well(context: Context) -> None:
+    measures = (
+        Measure("ruler", ((2.0, 2.0, 2.0), (20.0, 30.0, 40.0))),
+        Measure("box", ((5.0, 5.0, 5.0), (12.0, 20.0, 30.0))),
+    )
+    found = differences(context, scene((0.1, 0.1, 0.1)), Annotation(measures=measures))
+    # A line over its outline is composited with the picture below both, in pixels that it covers in part.
+    assert (found > 24).mean() < 0.04 and (found > 2).mean() < 0.3
+
+
 def test_words_and_legends_are_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
     drawer, given = QuickAnnotation(), scene()
     first = drawer.parts(given, SIZE, ALL, transparent=False, window=None)
@@ -113,7 +124,6 @@ def test_words_and_legends_are_drawn_once(monkeypatch: pytest.MonkeyPatch) -> No
 def test_an_atlas_that_is_full_is_begun_anew(context: Context, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("texvol.opengl.overlay._SIDE", 64)
     rng = np.random.default_rng(5)
-    look = Look((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), 1.0)
     with context:
         gl = context.gl
         overlay, target = Overlay(gl), gl.framebuffer([gl.texture((200, 100), 4)])
@@ -122,7 +132,7 @@ def test_an_atlas_that_is_full_is_begun_anew(context: Context, monkeypatch: pyte
         for number in range(6):
             size = (90, 150) if number == 3 else (20, 30)
             colors = np.concatenate([rng.random((*size, 3)), np.ones((*size, 1))], axis=2)
-            overlay.draw(texture, (200, 100), [], [Patch(number, colors, 7, 5)], look)
+            overlay.draw(texture, (200, 100), [], [Patch(number, colors, 7, 5)], (0.0, 0.0, 0.0))
             found = np.frombuffer(target.read(components=3, alignment=1), np.uint8).reshape(100, 200, 3)[::-1]
             part = found[5 : 5 + size[0], 7 : 7 + size[1]].astype(int)
             assert np.abs(part - image.eight_bits(colors.astype(np.float32))).max() <= 1
@@ -143,8 +153,8 @@ def test_a_line_covers_what_it_covers_on_the_processor(context: Context, end: tu
         overlay, target = Overlay(gl), gl.framebuffer([gl.texture(size, 4)])
         texture = gl.texture(size, 4, bytes(4 * size[0] * size[1]))
         target.use()
-        look = Look((1.0, 1.0, 1.0), (0.0, 0.0, 0.0), width)
-        overlay.draw(texture, size, [Line(start, end, opacity)], [], look)
+        line = Line(start, end, (1.0, 1.0, 1.0), width, opacity)
+        overlay.draw(texture, size, [line], [], (0.0, 0.0, 0.0))
         found = np.frombuffer(target.read(components=3, alignment=1), np.uint8).reshape(size[1], size[0], 3)[::-1]
         overlay.release()
     # A coverage of 1e-3 in float32 is 3 of 255 in sRGB.

@@ -26,6 +26,7 @@ NOT_RUN = {
     "README": 2,
     "benchmarks": 2,
     "contributing": 1,
+    "first-pictures": 1,
     "first-ten-minutes": 2,
     "large-volumes": 1,
     "looks": 1,

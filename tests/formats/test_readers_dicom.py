@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable
+from copy import deepcopy as copy_of
 from pathlib import Path
 
 import numpy as np
 import pydicom
 import pytest
 import SimpleITK
+from pydicom.dataset import Dataset
 from pydicom.uid import ExplicitVRBigEndian, RLELossless
 from support import marked
 from support.dicom_files import AXES, POSITION, multi_frame, slice_of, written_series
@@ -114,6 +116,26 @@ def test_one_slice_is_a_volume_as_thick_as_it_says(tmp_path: Path) -> None:
 def test_frames_of_one_file(tmp_path: Path, enhanced: bool) -> None:
     multi_frame(tmp_path / "v.dcm", enhanced=enhanced)
     marked.check(load(tmp_path / "v.dcm"), position=POSITION, atol=1e-6)
+
+
+@pytest.mark.parametrize("told", ["DiffusionBValue", "EffectiveEchoTime", "DimensionIndexValues"])
+def test_frames_of_one_file_at_the_same_places(tmp_path: Path, told: str) -> None:
+    """Of an enhanced file with two weightings, of which the second one comes first."""
+    groups = {"DiffusionBValue": "MRDiffusionSequence", "EffectiveEchoTime": "MREchoSequence"}
+    multi_frame(tmp_path / "v.dcm", enhanced=True)
+    dataset = pydicom.dcmread(tmp_path / "v.dcm")
+    frames = []
+    for step in (1, 0):
+        for number, one in enumerate(dataset.PerFrameFunctionalGroupsSequence):
+            frame, group = copy_of(one), Dataset()
+            setattr(group, told, [1, 3 - number, step + 1] if told == "DimensionIndexValues" else 100.0 * step)
+            setattr(frame, groups.get(told, "FrameContentSequence"), [group])
+            frames.append(frame)
+    dataset.PerFrameFunctionalGroupsSequence, dataset.NumberOfFrames = frames, 6
+    dataset.PixelData = (marked.marked()[::-1].tobytes()) + (marked.marked()[::-1] * 0).tobytes()
+    dataset.save_as(tmp_path / "v.dcm")
+    marked.check(load(tmp_path / "v.dcm", time=1), position=POSITION, atol=1e-6)
+    assert load(tmp_path / "v.dcm", time=0).values.max() == 0
 
 
 def test_other_files_and_objects_are_passed_over(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from support import marked
 from support.dicom_files import AXES, NORMAL, slice_of
 
 from texvol import InputError, load
-from texvol.formats.readers.segments import segments_of
+from texvol.formats.readers.segment_tables import segments_of
 from texvol.util.color import linear_from_srgb
 
 _SEGMENTATION, _LABEL_MAP = "1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.lighting import DepthCue
 from texvol.scene.volume import Volume
@@ -23,7 +24,7 @@ def cue(*line: str, file: str = "") -> DepthCue | None:
     parser = argparse.ArgumentParser(allow_abbrev=False)
     parser.add_argument("volume")
     options.add_scene_options(parser)
-    words = options.with_negative_values(["v.npy", *line, "--scene", "scene.toml"])
+    words = texts.with_negative_values(["v.npy", *line, "--scene", "scene.toml"])
     return SceneOptions(parser.parse_args(words)).scene(VOLUME).depth_cue
 
 

@@ -15,6 +15,7 @@ from texvol.__main__ import main
 from texvol.options import groups as scene_groups
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene import transfer
 from texvol.scene.gradient import CENTRAL, Estimator
@@ -42,7 +43,7 @@ def chosen(*line: str, file: str | None = None) -> SceneOptions:
     if file is not None:
         Path("scene.toml").write_text(file, encoding="utf-8")
         line = (*line, "--scene", "scene.toml")
-    return SceneOptions(parser.parse_args(options.with_negative_values(["v.npy", *line])))
+    return SceneOptions(parser.parse_args(texts.with_negative_values(["v.npy", *line])))
 
 
 def scene(*line: str, file: str | None = None) -> Scene:
@@ -208,7 +209,9 @@ def test_an_isosurface_without_light_shows_its_own_colour() -> None:
 def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def loaded(name: str, volume: Volume, materials: object = None) -> transfer.TransferFunction:
+    def loaded(
+        name: str, volume: Volume, materials: object = None, unit: float | None = None
+    ) -> transfer.TransferFunction:
         asked.append((os.path.basename(name), materials))
         return transfer.proposed_for(volume)
 
@@ -225,7 +228,7 @@ def test_materials_go_to_the_transfer_function(tf: str, loader: str, monkeypatch
 def test_a_negative_value_after_each_option_that_takes_numbers() -> None:
     """Out of range is said by the option; argparse would say that there is no value."""
     for name in ("light", "ambient", "diffuse", "specular", "shininess", "fade", "depth-cue", "isovalue", "window"):
-        assert options.with_negative_values([f"--{name}", "-1"]) == [f"--{name}=-1"]
+        assert texts.with_negative_values([f"--{name}", "-1"]) == [f"--{name}=-1"]
     assert scene("--light", "-.5,-1e-3,-2").lighting == Lighting((Light("directional", (-0.5, -1e-3, -2)),))
 
 
@@ -371,21 +374,29 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
     )
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
-    further = " ".join(
-        f"add-{name}"
-        for name in ["tf", "materials", "range", "opacity", "label-look", "hidden"]
-        + ["unit", "spacing", "transform", "mask"]
-        + list(reading_options.READING)
-    )
+    own = [
+        "tf",
+        "unit-distance",
+        "materials",
+        "range",
+        "opacity",
+        "label-look",
+        "hidden",
+        "unit",
+        "spacing",
+        "transform",
+        "mask",
+    ]
+    further = " ".join(f"add-{name}" for name in [*own, *reading_options.READING])
     groups = {
-        "scene:": "scene tf materials range opacity label-look hidden classification unit spacing transform mask "
-        "space size background gradient",
+        "scene:": "scene tf unit-distance materials range opacity label-look hidden classification unit "
+        "spacing transform mask space size background gradient",
         "further volumes:": f"add {further}",
         "camera:": "projection eye target up fov height view azimuth elevation zoom fit",
         "light:": "light ambient diffuse specular shininess two-sided fade shadows depth-cue",
         "cutting:": "clip crop caps",
         "geometry:": "mesh depth-in",
-        "annotation:": "annotate title value-name font",
+        "annotation:": "annotate title value-name font measure",
         "projection mode:": "mode isovalue air window coloring",
     }
     for title, names in groups.items():

@@ -16,6 +16,7 @@ from texvol.formats.films.film import default_rate
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.transfer import preset
 from texvol.util.color import color_of_text
@@ -38,7 +39,7 @@ def chosen(*line: str) -> SceneOptions:
     parser = argparse.ArgumentParser(exit_on_error=False)
     reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
-    return SceneOptions(parser.parse_args(options.with_negative_values(["v.npy", *line])))
+    return SceneOptions(parser.parse_args(texts.with_negative_values(["v.npy", *line])))
 
 
 def scene(*line: str) -> Scene:
@@ -139,6 +140,21 @@ def test_render_says_what_it_drew(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", "v.npy", "--tf", "grey", "--light", "none", "--size", "48", "-o", "a.png"]) == 0
     *before, last = capsys.readouterr().out.splitlines()
     assert "look grey, unlit" in last and not any("since nothing says" in line for line in before)
+
+
+def test_an_error_above_the_limit_comes_with_what_lowers_it(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A limit that no picture reaches, unless it is asked for its rate."""
+    monkeypatch.setattr("texvol.rendering.default_rate._FINEST", 1)
+    np.save("v.npy", (100 * (BALL > 0.5)).astype(np.float32))
+    line = ["render", "v.npy", "--no-labels", "--size", "48", "-o", "a.png"]
+    assert main(line) == 0
+    *_, last = capsys.readouterr().out.splitlines()
+    assert re.search(r"estimated error [\d.]+ \(more slabs take longer: --max-error 0\.016\), [\d.]+ s$", last)
+    assert main([*line, "--sampling-rate", "1"]) == 0
+    *_, last = capsys.readouterr().out.splitlines()
+    assert re.search(r"estimated error [\d.]+, [\d.]+ s$", last)
 
 
 def test_all_looks_stand_on_one_sheet(capsys: pytest.CaptureFixture[str]) -> None:

@@ -241,7 +241,10 @@ WRONG = [
         "w.npy, transformed: direction must not be sing",
     ),
     (["--add", "w.npy", "--add-time", "all"], "--add-time: must be a whole number of at least 0, got 'all'"),
-    (["--add", "w.npy", "--add-tf", "gold"], "'gold' must be a .json or .toml file, or a preset"),
+    (
+        ["--add", "w.npy", "--add-tf", "gold"],
+        "'gold' must be a file such as .json or .toml, the name of a colour map, or a preset",
+    ),
     (["--add", "w.npy", "--add-materials", "bone"], "--materials needs --tf"),
     (["--add", "w.npy", "--add-labels"], "w.npy: labels must be whole numbers"),
     (["--add", "w.npy", "--add-label-look", "1=0.5"], "w.npy: values must be labels"),

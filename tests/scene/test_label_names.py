@@ -22,8 +22,8 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer.labels import OPACITY, label_function, parse_labels
 from texvol.scene.volume import Volume
 
-RED, GREEN = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
-TABLE = LabelTable({1: LabelEntry("liver", RED), 2: LabelEntry("spleen", GREEN), 3: LabelEntry("air", None, False)})
+FIRST, SECOND = (0.25, 0.5, 0.125), (0.0, 0.75, 0.5)  # of no list
+TABLE = LabelTable({1: LabelEntry("liver", FIRST), 2: LabelEntry("spleen", SECOND), 3: LabelEntry("air", None, False)})
 VALUES = np.arange(5, dtype=np.uint8).repeat(8).reshape(5, 2, 4)
 
 
@@ -41,7 +41,7 @@ def opacity(medium: texvol.TransferFunction, label: int) -> float:
 
 def test_labels_have_the_colours_of_the_table_and_others_those_of_the_list() -> None:
     medium, plain = label_function(of_labels()), label_function(of_labels(None))
-    assert color(medium, 1) == RED and color(medium, 2) == GREEN
+    assert color(medium, 1) == FIRST and color(medium, 2) == SECOND
     assert color(medium, 4) == color(plain, 4) != color(plain, 1)
     assert opacity(medium, 1) == pytest.approx(OPACITY) and opacity(medium, 3) == 0 and opacity(plain, 3) > 0
     assert medium.materials == ("liver", "spleen", "label 4")
@@ -51,7 +51,7 @@ def test_what_the_user_chose_wins() -> None:
     volume = of_labels()
     blue = (0.0, 0.0, 1.0)
     medium = label_function(volume, **parse_labels("1=#0000ff,3=#0000ff,2=0.7")._asdict())
-    assert color(medium, 1) == blue and color(medium, 2) == GREEN
+    assert color(medium, 1) == blue and color(medium, 2) == SECOND
     assert opacity(medium, 2) == pytest.approx(0.7)
     assert opacity(medium, 3) == pytest.approx(OPACITY), "a label that is named shows, hidden by the table or not"
     assert opacity(label_function(volume, others=0.5), 3) == pytest.approx(0.5)
@@ -62,7 +62,7 @@ def test_a_legend_has_the_names_and_no_letter_that_its_font_lacks() -> None:
     scene = Scene(of_labels(), label_function(of_labels()))
     (content,) = contents_of(scene, "", None, Lettering(None))
     assert [name for name, _ in content.entries] == ["liver", "spleen", "4"]
-    table = LabelTable({1: LabelEntry("肝臓 a", RED)})
+    table = LabelTable({1: LabelEntry("肝臓 a", FIRST)})
     scene = Scene(of_labels(table), label_function(of_labels(table)))
     (content,) = contents_of(scene, "", None, Lettering(None))
     assert content.entries[0][0] == "?? a"

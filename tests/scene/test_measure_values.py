@@ -245,6 +245,7 @@ def test_names_tell_measures_and_volumes_apart() -> None:
         ({"kind": "rod", "points": ()}, "kind must be one of ruler, angle, box, profile, got 'rod'"),
         ({"kind": "ruler", "points": ((0, 0, 0),)}, "ruler must have 2 points of three numbers"),
         ({"kind": "box", "points": ((0, 0, 0), (0, 0, np.inf))}, "points must be finite"),
+        ({"kind": "ruler", "points": ((0, 0, 0), (0, 0, 1e300))}, "points must be finite and nearer than 1e+100"),
         ({"kind": "box", "points": "ab"}, "box must have 2 points of three numbers, got 'ab'"),
         ({"kind": "ruler", "points": ((0, 0, 0), (0, 0, 1)), "samples": 4}, "samples are of a profile, got 4"),
         ({"kind": "profile", "points": ((0, 0, 0), (0, 0, 1)), "samples": 1}, "samples must be a number from 2"),

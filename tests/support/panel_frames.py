@@ -129,7 +129,7 @@ class NoTextures:
 
     gl = None
 
-    def get(self, name: str, key: Any, make: Callable[[], Any]) -> int:
+    def get(self, name: str, key: Any, make: Callable[[], Any], *, nearest: bool = False) -> int:
         assert make() is not None
         return 1
 

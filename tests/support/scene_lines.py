@@ -8,6 +8,7 @@ from typing import Any
 
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.scene import Scene
 
@@ -20,7 +21,7 @@ def chosen(*line: str, file: str | None = None, path: str = "scene.toml", volume
     if file is not None:
         Path(path).write_text(file, encoding="utf-8")
         line = (*line, "--scene", path)
-    return SceneOptions(parser.parse_args(options.with_negative_values([volume, *line])))
+    return SceneOptions(parser.parse_args(texts.with_negative_values([volume, *line])))
 
 
 def scene(*line: str, **further: Any) -> Scene:

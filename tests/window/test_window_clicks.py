@@ -80,6 +80,13 @@ def test_a_click_is_a_frame_after_its_move_and_before_the_next() -> None:
     assert taken(MOVE, PRESS, RELEASE, MOVE) == [[MOVE], [PRESS], [RELEASE], [MOVE]]
 
 
+def test_a_turn_of_the_wheel_has_its_modifiers() -> None:
+    up, plain = Event("key", name="left_control"), Event("scroll", y=1)
+    held = Event("scroll", y=1, modifiers=("ctrl",))
+    assert taken(held, held, up, plain, plain) == [[held, held], [up, plain, plain]]
+    assert taken(plain, held) == [[plain], [held]]
+
+
 def test_letters_that_are_typed_fast_are_one_frame() -> None:
     typed = [
         each

@@ -193,9 +193,8 @@ def test_a_view_that_nobody_changed_makes_room_for_annotation(tmp_path: Path) ->
 
 def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again() -> None:
     pytest.importorskip("imgui_bundle", reason="the window needs the extra: pip install 'texvol[view]'")
-    from texvol.window.labels_look import look_of_labels as look_of
-
     from texvol.scene.transfer.labels import OPACITY, label_function
+    from texvol.window.label_looks import look_of
 
     values = np.zeros((4, 5, 6), np.uint8)
     values[1:3, 1:3, 1:3], values[3, 4, 5], values[0, 0, 1] = 3, 7, 12

@@ -211,7 +211,9 @@ def test_a_lineage_ends_with_its_transfer_function() -> None:
     medium = TransferFunction([0.0, 1.0], [(0, 0, 0), (1, 1, 1)], [0.0, 1.0])
     later = lineage.adjusted(colored(medium, named("hot")), (2.0, 3.0))
     assert lineage.lineage_of(later).changed and lineage.lineage_of(later).base is not None
+    back = lineage.adjusted(lineage.adjusted(medium, (2.0, 3.0)), (0.0, 1.0))
+    assert back is medium, "range and opacity as at first are the transfer function as it was"
     held = weakref.ref(medium), weakref.ref(later)
-    del medium, later
+    del medium, later, back
     gc.collect()
     assert [each() for each in held] == [None, None]

@@ -291,7 +291,7 @@ def test_a_real_mouse_and_keyboard_are_heard_and_recorded(display: str, tmp_path
     time.sleep(1.0)
     does("mousemove", "80", "60", "mousedown", "1", "mousemove", "--sync", "140", "80")
     time.sleep(0.3)
-    does("mouseup", "1", "click", "4", "key", "x", "key", "ctrl+s")
+    does("mouseup", "1", "click", "4", "keydown", "ctrl", "click", "5", "keyup", "ctrl", "key", "x", "key", "ctrl+s")
     until((tmp_path / "ball-1.toml").exists)
     does("key", "ctrl+q")
     out, err = process.communicate(timeout=PATIENCE)
@@ -299,6 +299,7 @@ def test_a_real_mouse_and_keyboard_are_heard_and_recorded(display: str, tmp_path
     heard = [json.loads(line) for line in (tmp_path / "heard.jsonl").read_text().splitlines()]
     kinds = {each["kind"] for each in heard}
     assert {"move", "button", "scroll", "key"} <= kinds
+    assert [each.get("modifiers", []) for each in heard if each["kind"] == "scroll"] == [[], ["ctrl"]]
     # From +x, as x has it.
     eye, target = saved = camera_of(tmp_path / "ball-1.toml")
     assert eye[0] > target[0] and eye[1:] == pytest.approx(target[1:], abs=1e-6)

@@ -80,6 +80,7 @@ def test_a_strip_shows_colours_up_to_the_opacity() -> None:
     assert (left[:, 0] < 150).all() and (left[:, 0] > left[:, 2]).all(), "faint red"
     half = strips.of_medium(TransferFunction([0.0, 1.0], [(1, 1, 1)] * 2, [np.log(2)] * 2), 1.0)[:, 48, 0]
     assert int((half == 255).sum()) == pytest.approx(strips.HEIGHT / 2, abs=1)
+    assert half[-1] == 255 > half[0], "from below"
 
 
 @pytest.mark.parametrize("name", ["contours", "boundaries", "fluorescence", "table-5-1", "ct-tissues"])
@@ -103,7 +104,7 @@ def test_commands_choose_looks_colours_and_opacity_and_undo_takes_them_back(tmp_
     np.save(tmp_path / "v.npy", volume().values)
     desk = desk_with(str(tmp_path / "v.npy"))
     before = done(desk).scene
-    after = done(desk, "look ct-tissues", "colours inferno", "opacity peak").scene
+    after = done(desk, "look ct-tissues", "colours inferno", "shape peak").scene
     medium = after.transfer_function
     found = lineage.lineage_of(medium)
     assert (found.title, found.colors.name) == ("ct-tissues *", "inferno")
@@ -114,7 +115,7 @@ def test_commands_choose_looks_colours_and_opacity_and_undo_takes_them_back(tmp_
     assert lineage.lineage_of(seen[1]).title == "ct-tissues" and not lineage.lineage_of(seen[1]).changed
     assert done(desk, "redo", "redo", "redo").scene.transfer_function is medium
     assert not said(desk)
-    for command in ("look nothing", "colours ct-bone", "opacity", "look"):
+    for command in ("look nothing", "colours ct-bone", "shape", "look"):
         assert not is_command(command)
 
 

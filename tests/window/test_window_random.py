@@ -13,6 +13,7 @@ import pytest
 from support.windows import PATIENCE, ball, children_of, display, memory_of_each, script, started  # noqa: F401 (a fixture)
 
 from texvol.window.commands import TABS
+from texvol.window.layout import MODES
 from texvol.window.navigation import AXES
 from texvol.window.steering import BINDINGS
 
@@ -58,6 +59,7 @@ def random_steps(seed: int) -> list[dict[str, Any]]:
             step |= {"kind": kind, "name": name, "down": False, "modifiers": modifiers}
         elif kind == "command":
             names = [f"tab {tab}" for tab in TABS] + [f"axis {axis}" for axis in AXES] + _OF_TIME_AND_LIST
+            names += [f"layout {mode}" for mode in MODES]
             step |= {"do": "command", "name": chance.choice(names)}
         elif kind == "resize":
             step |= {"kind": kind, "x": chance.randrange(200, 800), "y": chance.randrange(150, 560)}

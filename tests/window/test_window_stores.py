@@ -83,6 +83,16 @@ def test_pictures_at_rest_become_finer_and_tell_level_and_error(
     assert answers[-1].pixels is not None and wanted[..., 3].max() > 0.1
 
 
+def test_channels_of_a_store_keep_what_they_are(tmp_path: Path) -> None:
+    both = np.stack([ball(), ball()[::-1]])
+    path = write_ome(tmp_path / "v.ome.zarr", both, axes="czyx", chunk=8, levels=3)
+    for memory in (1 << 17, 1 << 30):
+        scene = opened_file(str(path), SIZE, {"memory": memory}).scene
+        assert [each.channel and each.channel.number for each in scene.volumes] == [0, 1]
+        assert isinstance(scene.volume, StandIn) == (memory == 1 << 17)
+        assert scene.transfer_function is not None and scene.transfer_function.emissive
+
+
 def test_a_store_is_opened_without_its_finest_level(tmp_path: Path) -> None:
     path = write_ome(tmp_path / "v.ome.zarr", ball(), chunk=8, levels=3)
     document = opened_file(str(path), SIZE, {"memory": 1 << 17})

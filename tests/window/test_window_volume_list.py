@@ -24,7 +24,7 @@ from texvol.scene.spaces import turned
 from texvol.scene.volume import Volume
 from texvol.scene.volume_order import CLEAR
 from texvol.util.errors import InputError
-from texvol.window import list_editing, placing, saving, tinting
+from texvol.window import list_editing, placing, recent, saving, tinting
 from texvol.window.document import Document, opened_file
 from texvol.window.stand_in import StandIn, stand_in
 
@@ -303,6 +303,19 @@ def test_channels_of_an_image_are_volumes_with_their_names_and_hues(folder: Path
     first = package.load("cell.ome.tif")
     assert [each.name for each in first.channels] == [f"stain {n}" for n in range(5)]
     assert len(package.load_channels("cell.ome.tif")) == 4
+
+
+def test_channels_are_no_more_when_they_are_opened_again(folder: Path) -> None:
+    desk = desk_with("cell.ome.tif")
+    document = done(desk, "remove 3", "save kept.toml")
+    assert names(opened_file("kept.toml", SIZE)) == ["cell.ome.tif"] * 3
+    recent.add("cell.ome.tif", recent.how(document.scene))
+    found = recent.files()[0]
+    again = opened_file(found.path, SIZE, found.options)
+    assert [each.channel.number for each in again.scene.volumes] == [0, 1, 3]  # type: ignore[union-attr]
+    text = (folder / "kept.toml").read_text().splitlines()
+    (folder / "plain.toml").write_text("\n".join(line for line in text if not line.startswith(("tf", "add"))))
+    assert len(opened_file("plain.toml", SIZE).scene.volumes) == 1, "it is that channel alone"
 
 
 def test_light_that_does_not_go_with_a_hidden_volume_is_said(folder: Path) -> None:

@@ -19,7 +19,7 @@ from texvol.annotation.lettering import Lettering
 from texvol.annotation.request import Annotation
 from texvol.annotation.sheet import WHITE, Rect, Sheet
 from texvol.annotation.view import View
-from texvol.opengl.overlay import Line, Look, Patch
+from texvol.opengl.overlay import Line, Patch
 from texvol.scene.scene import Scene
 
 Window = tuple[float, float] | None
@@ -29,11 +29,10 @@ _MOST_LEGENDS = 16  # kept: their place depends on the letters of the picture's 
 
 @dataclass
 class Parts:
-    """Lines and patches of an annotation, and the look of all lines."""
+    """Lines and patches of an annotation."""
 
     lines: list[Line]
     patches: list[Patch]
-    look: Look
 
 
 class _QuickSheet(Sheet):
@@ -41,7 +40,7 @@ class _QuickSheet(Sheet):
 
     def __init__(self, words: dict[Hashable, tuple[NDArray[np.float64], int, int]], *how: Any) -> None:
         super().__init__(*how)
-        self.lines: list[Line] = []
+        self._lines: dict[Line, Line] = {}  # by all but their opacity
         self.patches: list[Patch] = []
         self._words = words
 
@@ -60,12 +59,17 @@ class _QuickSheet(Sheet):
         kept = marks.within(first, last, self.width + 2, self.size)
         if kept is not None:
             (x0, y0), (x1, y1) = kept[0].tolist(), kept[1].tolist()
-            ends, behind = ((x0, y0), (x1, y1)), layer == "behind"
+            red, green, blue = self.color.tolist()
+            line = Line((x0, y0), (x1, y1), (red, green, blue), self.width, opacity, layer == "behind")
             # An axis lies on an edge of the box.
-            same = next((each for each in self.lines if each[:2] == ends and each.behind == behind), None)
-            if same is not None:
-                self.lines.remove(same)
-            self.lines.append(Line(*ends, opacity, behind, same.opacity if same is not None else 0.0))
+            same = self._lines.pop(line._replace(opacity=1.0), None)
+            under = same.opacity if same is not None else 0.0
+            self._lines[line._replace(opacity=1.0)] = line._replace(under=under)
+
+    @property
+    def lines(self) -> list[Line]:
+        """Lines in the order in which they are drawn."""
+        return [*self._lines.values()]
 
     def kept(self, key: Hashable) -> list[Patch]:
         """Return the patches, with one of all that has been drawn as pixels, which gets that key."""
@@ -123,8 +127,7 @@ class QuickAnnotation:
         place_all(sheet, view, scene, annotation, window, self._place_legends)
         self._count += 1
         patches = sheet.kept(("pixels", self._count))
-        red, green, blue = sheet.color.tolist()
-        return Parts(sheet.lines, patches, Look((red, green, blue), scene.background, sheet.width))
+        return Parts(sheet.lines, patches)
 
     def _place_legends(self, sheet: Sheet, scene: Scene, annotation: Annotation, window: Window) -> None:
         """Place legends as `place_legends` does, from those that are kept if there are any."""

@@ -31,7 +31,7 @@ from texvol.cli.render import add_render
 from texvol.cli.report import add_report
 from texvol.cli.surface import add_surface
 from texvol.cli.view import add_view
-from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.util import remarks, termination
 from texvol.util.errors import AccuracyWarning, InputError, TexvolError
 from texvol.util.suggestions import did_you_mean
@@ -83,7 +83,7 @@ def main(line: Sequence[str] | None = None) -> int:
     try:
         line = sys.argv[1:] if line is None else line
         remarks.begin()
-        arguments = _parser().parse_args(options.with_negative_values(line), argparse.Namespace(line=line))
+        arguments = _parser().parse_args(texts.with_negative_values(line), argparse.Namespace(line=line))
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)

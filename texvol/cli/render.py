@@ -158,22 +158,24 @@ def run(arguments: argparse.Namespace) -> None:
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
         error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
+<<<<<<< HEAD
         metadata = renderer.attributes | (check.attributes if check else {})
-    files = {}
+    files = {arguments.depth: depth_picture.encoded(arguments.depth, depth)} if depth is not None else {}
+=======
+        metadata, files = renderer.attributes | (check.attributes if check else {}), {}
+>>>>>>> h7
     if picture is not None:  # encoded after the textures are released: both need much memory
         shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
         metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
         files[arguments.output] = image.encoded(arguments.output, shown, metadata, transparent=transparent)
-    if depth is not None:
-        files[arguments.depth] = depth_picture.encoded(arguments.depth, depth)
     if arguments.stats:
         stats["seconds"] = {"load": load_seconds, "upload": 0.0} | stats["seconds"]
         files[arguments.stats] = (json.dumps(stats | sequence_stats, indent=2, allow_nan=False) + "\n").encode()
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    chose_rate = any((arguments.slab_thickness, arguments.sampling_rate, arguments.max_error))
-    last = summary(scene_options, scene, arguments.output, error, start, by_default=not chose_rate)
+    by_default = not any(vars(arguments)[each] for each in _ACCURACY[:3])
+    last = summary(scene_options, scene, arguments.output, error, start, by_default=by_default)
     say("\n".join([*said, *reasons(scene_options, scene), last]))
 
 

@@ -18,6 +18,7 @@ Triple = tuple[float, float, float]
 _SIDE = 1024  # texels of the atlas along each side at first
 _APART = 1  # texels between patches
 _AROUND = 1.5  # pixels around a line that it may cover in part
+_OF_LINES = ("in_position", "in_line", "in_kind", "in_look")
 _CORNERS = np.array([(0, 0), (1, 0), (0, 1), (0, 1), (1, 0), (1, 1)], np.float32)  # of two triangles
 
 
@@ -36,22 +37,17 @@ class Patch(NamedTuple):
 class Line(NamedTuple):
     """Line between two points of the picture, in pixels from its upper left corner; `behind` the medium or over it.
 
-    `under` is the opacity of the same line drawn before it, 0 if there is none.
+    The colour is linear, the width in pixels; `under` is the opacity of the same line drawn before it, 0 if there is
+    none.
     """
 
     start: tuple[float, float]
     end: tuple[float, float]
+    color: Triple
+    width: float
     opacity: float = 1.0
     behind: bool = False
     under: float = 0.0
-
-
-class Look(NamedTuple):
-    """Colours of all lines and of what is behind the medium, linear, and the lines' width in pixels."""
-
-    color: Triple
-    background: Triple
-    line_width: float
 
 
 class Overlay:
@@ -70,11 +66,11 @@ class Overlay:
         size: tuple[int, int],
         lines: Sequence[Line],
         patches: Sequence[Patch],
-        look: Look,
+        background: Triple,
     ) -> None:
         """Draw a picture of sRGB and opacity, top row first, and its annotation, into a viewport of `size` pixels.
 
-        Lines behind the medium come first, then the first of the others, then patches.
+        `background` is what is behind the medium, in linear light. Lines are drawn in their order, then patches.
         """
         self._gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         whole = np.array(size, np.float32) * _CORNERS
@@ -83,9 +79,9 @@ class Overlay:
         self._gl.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
         self._gl.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
         if lines:
-            uniforms = {"size": size, "color": look.color, "background": look.background, "line_width": look.line_width}
-            vertices = _vertices_of_lines(lines, look.line_width)
-            self._part(2, {"picture": picture}, uniforms, vertices, "2f 4f 4f", "in_position", "in_line", "in_kind")
+            uniforms: dict[str, object] = {"size": size, "background": background}
+            vertices = _vertices_of_lines(lines)
+            self._part(2, {"picture": picture}, uniforms, vertices, "2f 4f 4f 4f", *_OF_LINES)
         if patches:
             vertices = np.concatenate([*map(self._vertices_of, self._placed(patches))])
             assert self._atlas is not None
@@ -176,20 +172,20 @@ def _fit(sizes: Sequence[tuple[int, int]], side: int) -> bool:
     return True
 
 
-def _vertices_of_lines(lines: Sequence[Line], width: float) -> NDArray[np.float32]:
-    """Return two triangles for each line: position, place on the line with its length and opacity, and its kind."""
+def _vertices_of_lines(lines: Sequence[Line]) -> NDArray[np.float32]:
+    """Return two triangles for each line: position, place on the line, its kind and its look."""
     start = np.array([line.start for line in lines], np.float64)
     span = np.array([line.end for line in lines], np.float64) - start
     length = np.linalg.norm(span, axis=1)
     along = span / np.maximum(length, 1e-9)[:, np.newaxis]
     across = along[:, ::-1] * (-1, 1)
-    reach = width / 2 + _AROUND
+    reach = np.array([[line.width / 2 + _AROUND] for line in lines])
     onward = _CORNERS[:, 0] * (length[:, np.newaxis] + 2 * reach) - reach
-    aside = np.broadcast_to((2 * _CORNERS[:, 1] - 1) * reach, onward.shape)
+    aside = (2 * _CORNERS[:, 1] - 1) * reach
     positions = start[:, np.newaxis] + onward[..., np.newaxis] * along[:, np.newaxis]
     positions = positions + aside[..., np.newaxis] * across[:, np.newaxis]
-    looks = np.array([(line.behind, line.under) for line in lines], np.float64)
+    looks = np.array([(line.behind, line.under, *line.color, line.width) for line in lines], np.float64)
     flat = np.column_stack([length, [line.opacity for line in lines], along, looks])
     each = np.repeat(flat[:, np.newaxis], len(_CORNERS), axis=1)
     numbers = np.concatenate([positions, aside[..., np.newaxis], onward[..., np.newaxis], each], axis=2)
-    return numbers.reshape(-1, 10).astype(np.float32)
+    return numbers.reshape(-1, 14).astype(np.float32)

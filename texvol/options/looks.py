@@ -66,9 +66,9 @@ def load_look(
     InputError
         If it is not found, or does not fit the volume.
     """
-    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
-    if volume is not None and not volume_options.is_file(name):
+    if volume is not None and unit_distance is None and not volume_options.is_file(name) and transfer.is_named(name):
         return look_of(name, volume, materials)
+    medium = volume_options.transfer_function(name, volume, tuple(materials) if materials else None, unit_distance)
     camera = _FRONT if volume is None else Camera.framing(volume)
     return _of_file(name, medium, unit_distance, camera)
 

@@ -19,8 +19,6 @@ volume and the options for reading it. The command line overrides the file; VOLU
 from __future__ import annotations
 
 import argparse
-import re
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -388,15 +386,3 @@ def _of_tour(path: Path, name: str, value: Any) -> Any:
         return saved_views.from_file(name, value)
     except (argparse.ArgumentTypeError, InputError) as error:
         raise InputError(f"{path}: {name}: {error}") from None
-
-
-def with_negative_values(line: Sequence[str]) -> list[str]:
-    """Return the line with `--eye -1,2,3` as `--eye=-1,2,3`, since argparse takes `-1,2,3` for an option."""
-    joined: list[str] = []
-    for word in line:
-        after_option = joined and joined[-1].startswith("--") and "=" not in joined[-1] and len(joined[-1]) > 2
-        if after_option and re.match(r"-[\d.]", word):
-            joined[-1] += "=" + word
-        else:
-            joined.append(word)
-    return joined

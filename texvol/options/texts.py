@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -296,3 +296,15 @@ def choice(*allowed: str) -> Callable[[str], str]:
         return text
 
     return choose
+
+
+def with_negative_values(line: Sequence[str]) -> list[str]:
+    """Return the line with `--eye -1,2,3` as `--eye=-1,2,3`, since argparse takes `-1,2,3` for an option."""
+    joined: list[str] = []
+    for word in line:
+        after_option = joined and joined[-1].startswith("--") and "=" not in joined[-1] and len(joined[-1]) > 2
+        if after_option and re.match(r"-[\d.]", word):
+            joined[-1] += "=" + word
+        else:
+            joined.append(word)
+    return joined

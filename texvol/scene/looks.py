@@ -27,6 +27,7 @@ from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 
 NO_LIGHT = "none"
+_SOLID = "solid inside"
 EXPOSED = Lighting(ambient=0.14, diffuse=0.74, specular=0.12)
 _UNLIT = ("fog", "fluorescence")  # media without surfaces
 _BONE = 250.0  # Hounsfield units
@@ -145,8 +146,8 @@ def look_name(volume: Volume) -> str:
     kind = kind_of(volume).name
     if kind == "CT":
         return _ct_preset(volume)
-    named = {"MR": "mr", "signed": "diverging", "field": "viridis", "labels": "labels", "fluorescence": "fluorescence"}
-    return named.get(kind, "proposal")
+    named = {"MR": "mr", "distance": _SOLID, "signed": "diverging", "field": "viridis"}
+    return kind if kind in ("labels", "fluorescence") else named.get(kind, "proposal")
 
 
 def _look_by(kind: Kind, volume: Volume) -> Look:
@@ -160,7 +161,7 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
     if (name := look_name(volume)) in presets.PRESETS:
         return replace(look_of(name, volume), reason=kind.reason)
     if kind.name == "distance" and (depth := depth_inside(volume)) is not None:
-        return Look(presets.solid_inside(volume, depth), EXPOSED, name="solid inside", reason=kind.reason)
+        return Look(presets.solid_inside(volume, depth), EXPOSED, name=_SOLID, reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
 

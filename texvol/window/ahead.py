@@ -136,26 +136,23 @@ class Ahead:
             self._kept.clear()
             self._changed.notify()
 
+    @property
+    def _near(self) -> tuple[int, ...]:
+        """Steps that are asked for, as far as there is memory for them: the first one always."""
+        size = sum(_bytes_of(each.like) for each in self._tracks.values())
+        return self._order[: 1 + self._most // max(size, 1)]
+
     def _forget(self) -> None:
-        """Keep the steps that are asked for, in their order, as far as the memory bound allows."""
-        kept: dict[tuple[str, int], Volume] = {}
-        left = self._most
-        for place, number in enumerate(self._order):
-            found = {(key, number): each for key in self._tracks if (each := self._kept.get((key, number))) is not None}
-            left -= sum(map(_bytes_of, found.values())) if place else 0
-            if left < 0:
-                break
-            kept |= found
-        self._kept = kept
+        """Keep only steps that are asked for."""
+        near = set(self._near)
+        self._kept = {key: each for key, each in self._kept.items() if key[0] in self._tracks and key[1] in near}
 
     def _next(self) -> tuple[Track, int] | None:
         """Return the next step to be read, or None if none is asked for or there is no memory for another one."""
         for track in self._tracks.values():
             if track.key not in self.lengths:
                 return track, -1
-        sizes = sum(_bytes_of(each.like) for each in self._tracks.values())
-        room = 1 + int(self._most // max(sizes, 1))
-        for number in self._order[:room]:
+        for number in self._near:
             for key, track in self._tracks.items():
                 known = (key, number) in self._kept or (key, number) in self._bad
                 if not known and number < self.lengths[key]:

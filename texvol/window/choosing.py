@@ -28,7 +28,7 @@ def colors(desk: Desk, document: Document, name: str) -> None:
     _change(desk, document.scene, lambda medium: colored(medium, map_of(name, None, chosen_map(medium))))
 
 
-def opacity(desk: Desk, document: Document, name: str) -> None:
+def shape(desk: Desk, document: Document, name: str) -> None:
     """Give the edited volume an opacity shape; a command of scripts."""
     volume = document.scene.volumes[_edited(desk, document.scene)]
     length = editing.plot_length(volume)

@@ -68,7 +68,7 @@ def _bring(desk: Desk, tab: str) -> None:
 
 _ONE_OF: dict[str, Collection[str]] = {
     "axis": tuple(navigation.AXES), "view": VIEWS, "tab": TABS, "mode": MODES, "coloring": COLORINGS,
-    "look": PRESETS, "colours": NAMES, "opacity": tuple(SHAPES), "layout": ("", *layout.MODES),
+    "look": PRESETS, "colours": NAMES, "shape": tuple(SHAPES), "layout": ("", *layout.MODES),
 }  # fmt: skip
 _OF_WINDOW: dict[str, Callable[[Desk, str], None]] = {
     "help": lambda desk, _: _toggle(desk, "help"),
@@ -159,7 +159,7 @@ _OF_DOCUMENT: dict[str, Callable[[Desk, Document, str], Any]] = {
     "coloring": lambda desk, document, coloring: desk.change(**editing.with_coloring(document.scene, coloring)),
     "look": choosing.look,
     "colours": choosing.colors,
-    "opacity": choosing.opacity,
+    "shape": choosing.shape,
     "save": exporting.scene,
     "picture": exporting.picture,
     "copy": lambda desk, document, _: copying.copy(desk),

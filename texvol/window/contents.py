@@ -17,6 +17,7 @@ from typing import Any, NoReturn
 from texvol.formats.readers import load
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.options.files import MaskChoice
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import OF_ADDED, AddedChoice
@@ -66,7 +67,7 @@ def _parsed(parser: _Words, further: Iterable[SceneOption], words: str) -> dict[
         line = shlex.split(words)
     except ValueError as error:
         raise InputError(f"{words}: {error}") from None
-    found = vars(parser.parse_args(options.with_negative_values(line)))
+    found = vars(parser.parse_args(texts.with_negative_values(line)))
     return {name: value for name, value in found.items() if value is not None}
 
 

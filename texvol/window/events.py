@@ -146,7 +146,7 @@ _AFTER = {  # kinds of events after which an event of a kind needs another frame
     "move": {"button", "scroll"},
     "button": {"move", "button", "scroll", "key", "text"},
     "scroll": {"move", "button"},
-    "key": {"button", "text"},
+    "key": {"button", "scroll", "text"},
     "text": {"button", "key"},
 }
 
@@ -155,6 +155,8 @@ def _comes_later(event: Event, before: list[Event]) -> bool:
     """True if an event belongs in a later frame than the events before it."""
     if _is_typed(event):
         return any(each.kind == "button" for each in before)
+    if event.kind == "scroll" and any(each.kind == "scroll" and each.modifiers != event.modifiers for each in before):
+        return True
     again = {(each.kind, each.name) for each in before if each.kind == "key"}
     if (event.kind, event.name) in again:
         return True

@@ -37,6 +37,7 @@ class Interface:
         io = imgui.get_io()
         io.set_ini_filename("")  # do not write imgui.ini
         io.set_log_filename("")
+        io.mouse_double_click_time = 0.45  # seconds: each press is a frame of its own, and frames may be slow
         io.config_input_trickle_event_queue = False  # `Queue.take` divides events among frames, and more finely
         io.backend_flags |= imgui.BackendFlags_.has_mouse_cursors.value
         imgui.backends.opengl3_init("#version 330")

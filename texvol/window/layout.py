@@ -45,6 +45,8 @@ class Layout:
         True if the 3D view shows the outlines of the slices; and the slices themselves.
     opacity : float
         Opacity of further volumes over the first one, from 0 to 1.
+    volumes : tuple of Volume
+        All volumes of the scene.
     volume : Volume, optional
         Volume that is sliced, the first of the scene; the next three belong to it.
     slices : dict
@@ -70,6 +72,7 @@ class Layout:
     planes: bool = True
     pictures: bool = False
     opacity: float = 0.5
+    volumes: tuple[Volume, ...] = ()
     volume: Volume | None = None
     slices: dict[str, Slice] = field(default_factory=dict)
     index: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
@@ -98,14 +101,24 @@ class Layout:
         self.large = "" if self.large == name else name
 
     def follow(self, scene: Scene) -> None:
-        """Take over the scene's first volume; the crosshair stays if the samples are the same."""
-        before, volume = self.volume, scene.volume
+        """Take over the scene's first volume.
+
+        The crosshair stays on its sample if the samples are the same, and at its point of the world if the volume was
+        in the scene before.
+        """
+        before, volume, known = self.volume, scene.volume, self.volumes
+        self.volumes = scene.volumes
         if volume is before:
             return
-        same = before is not None and before.values is volume.values
+        point = None if before is None else self.crosshair
         self.volume, self.slices = volume, slices_of(volume)
-        if not same:
-            self.index, self.window = (np.array(volume.dimensions) - 1) / 2, typical_window(volume)
+        if before is not None and before.values is volume.values:
+            return
+        self.window = typical_window(volume)
+        if point is not None and any(volume is each for each in known):
+            self.move_to(point)
+        else:
+            self.index = (np.array(volume.dimensions) - 1) / 2
             self.reset()
 
     def reset(self) -> None:

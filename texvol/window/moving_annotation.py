@@ -19,10 +19,11 @@ class MovingAnnotation:
         self._drawer = QuickAnnotation()
         self._known: tuple[Any, Parts] | None = None
 
-    def draw(self, textures: Textures | None, size: Size, number: int, shown: Shown) -> None:
+    def draw(self, textures: Textures | None, corner: Size, size: Size, number: int, shown: Shown) -> None:
         """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer.
 
-        `size` is that of the picture in the window, in pixels; pictures with the same `number` are the same.
+        `corner` is the upper left corner of the picture in the window, and `size` its size, in pixels; pictures with
+        the same `number` are the same.
         """
         assert textures is not None and shown.wanted is not None
         gl, showing = textures.gl, shown.wanted.showing
@@ -36,6 +37,6 @@ class MovingAnnotation:
         texture = textures.texture("moving", number, lambda: shown.pixels)
         before = gl.viewport
         gl.screen.use()
-        gl.viewport = 0, before[3] - size[1], *size
-        self._overlay.draw(texture, size, parts.lines, parts.patches, parts.look)
+        gl.viewport = corner[0], before[3] - corner[1] - size[1], *size
+        self._overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
         gl.viewport = before

@@ -35,6 +35,7 @@ from texvol.util.errors import AccuracyWarning
 from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
+_OF_ONE_PICTURE = ("rest", "file")  # of other kinds, frames are counted
 _TOLD = 0.05  # seconds between two messages of progress
 _FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
 _OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
@@ -99,8 +100,7 @@ class JobRunner:
     def _hearing(self, job: Job) -> Callable[[float], None]:
         """Return what hears the progress of a job: it ends a job that is superseded, and tells the window the rest."""
         told = time.perf_counter()
-        # The frames of a film are counted.
-        tells = job.kind != "film"
+        tells = job.kind in _OF_ONE_PICTURE
 
         def hear(done: float) -> None:
             nonlocal told
@@ -113,7 +113,7 @@ class JobRunner:
 
     def _forecast(self, job: Job) -> float:
         """Return about how many seconds a job takes on a usual machine."""
-        if job.kind == "film":
+        if job.kind not in _OF_ONE_PICTURE:
             return 0.0
         has_textures = self._known is not None and self._known == _of_textures(job.scene)
         self._known = _of_textures(job.scene)

@@ -103,6 +103,8 @@ def _table(owner: Scene | AddedVolume, number: int, first: Volume, folder: Path 
             found[key] = list(value) if isinstance(value, tuple | list) else value
     if folder is not None and os.path.isabs(found.get("label_names", "")):
         found["label_names"] = os.path.relpath(found["label_names"], folder)
+    if volume.channel is not None:  # else the other channels would be drawn with it
+        found["channel"] = volume.channel.number
     own = source.get("transform")
     # The rotation into the first volume's world is repeated whenever the scene is read.
     turn = spaces.turn(volume.own_space, first.space)

@@ -23,7 +23,7 @@ from texvol.util.color import srgb_from_linear
 from texvol.window.slice_views import Corners, Plane, cut_of, layer_corners
 from texvol.window.slices import Slice, grey
 
-FINE, COARSE = 384, 128  # points along each side of the samples of an oblique volume: at rest, and while it moves
+FINE, COARSE = 512, 192  # points along each side of the samples of an oblique volume: at rest, and while it moves
 _ENTRIES = 2048  # of a table of measured values
 _WIDEST = 1 << 16  # range of whole numbers with an entry each
 _PARALLEL = 1e-6  # largest part of a step along the plane by which an axis that is perpendicular to it may change

@@ -102,8 +102,8 @@ class SliceView:
 def layer_corners(volume: Volume, slice_: Slice, plane: Plane) -> Corners:
     """Return the corners of a layer of samples in the plane, around it from the upper left one, outer faces."""
     found = []
+    index = volume.index_from_world @ (plane.origin - volume.origin)  # in the layer, also of a grid that is sheared
     for right, below in ((0, 0), (1, 0), (1, 1), (0, 1)):
-        index = np.zeros(3)
         for (axis, sign), far in ((slice_.across, right), (slice_.down, below)):
             index[axis] = (volume.dimensions[axis] if (sign > 0) == bool(far) else 0) - 0.5
         found.append(plane.position(volume.origin + volume.world_from_index @ index))

@@ -225,7 +225,8 @@ def test_options_of_stores_are_refused_elsewhere(
     tmp_path: Path, option: dict[str, Any], capfd: pytest.CaptureFixture[str]
 ) -> None:
     np.save(tmp_path / "v.npy", field(8))
-    assert "is for stores of chunks" in refused(tmp_path / "v.npy", capfd, **option)
+    reason = "--image is for the images of Zarr" if "image" in option else "is for stores of chunks"
+    assert reason in refused(tmp_path / "v.npy", capfd, **option)
 
 
 def test_samples_of_a_value_are_missing_when_they_are_read(store: Path) -> None:

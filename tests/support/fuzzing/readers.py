@@ -22,7 +22,7 @@ from texvol.comparison.outcome import examine
 from texvol.comparison.pictures import Picture, read_picture
 from texvol.formats.pictures.scene_metadata import ATTRIBUTE
 from texvol.formats.readers import TimeSeries, load
-from texvol.formats.readers.segments import segments_of
+from texvol.formats.readers.segment_tables import segments_of
 from texvol.geometry.reading import load_mesh
 from texvol.options import scene_options as options
 from texvol.options.files import transform

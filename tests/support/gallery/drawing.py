@@ -32,6 +32,7 @@ from texvol import Renderer, Scene, TransferFunction, Volume
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
+from texvol.options import texts
 from texvol.scene import display
 from texvol.util import color, writing
 from texvol.util.errors import InputError, TexvolError
@@ -67,7 +68,7 @@ def parsed(entry: Entry, path: str, size: Size) -> tuple[argparse.Namespace, opt
     reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
     line = [path, *shlex.split(entry.options), "--size", "x".join(map(str, size))]
-    arguments = parser.parse_args(options.with_negative_values(line))
+    arguments = parser.parse_args(texts.with_negative_values(line))
     return arguments, options.SceneOptions(arguments)
 
 

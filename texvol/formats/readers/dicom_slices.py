@@ -24,12 +24,19 @@ _GROUPS = {
     "RescaleIntercept": "PixelValueTransformationSequence",
     "RescaleType": "PixelValueTransformationSequence",
     "TemporalPositionIndex": "FrameContentSequence",
+    "NominalCardiacTriggerDelayTime": "CardiacSynchronizationSequence",
+    "EffectiveEchoTime": "MREchoSequence",
+    "DiffusionBValue": "MRDiffusionSequence",
+    "DimensionIndexValues": "FrameContentSequence",
 }
 
 _MOST_FRAMES = 2**16  # of a file
 
 # Fields that order slices at one position, most significant first.
-_ORDER = ("TemporalPositionIndex", "TemporalPositionIdentifier", "EchoTime", "AcquisitionNumber", "InstanceNumber")
+_ORDER = (
+    *("TemporalPositionIndex", "TemporalPositionIdentifier", "NominalCardiacTriggerDelayTime", "EchoTime"),
+    *("EffectiveEchoTime", "DiffusionBValue", "AcquisitionNumber", "InstanceNumber"),
+)
 
 
 class Slice:
@@ -62,7 +69,8 @@ class Slice:
         self.thickness = thickness if thickness > 0 else 1.0
         self.intercept = _number(header, frame, "RescaleIntercept", 0.0)
         self.value_unit = _value_unit(header, frame)
-        self.order = tuple(_number(header, frame, key, 0.0) for key in _ORDER)  # among slices at one position
+        order = [_number(header, frame, key, 0.0) for key in _ORDER]
+        self.order = (*order, *_indices(header, frame))  # among slices at one position
         self.padding = _padding(header, self.dtype)
 
     @property
@@ -191,6 +199,13 @@ def _number(header: Any, frame: int, key: str, default: float) -> float:
     if not np.isfinite(number):
         raise FileFault(f"its {key} must be finite, got {number}")
     return number
+
+
+def _indices(header: Any, frame: int) -> list[float]:
+    """Return the numbers of a frame along the dimensions that an enhanced file names, which order all its frames."""
+    value = _found(header, frame, "DimensionIndexValues")
+    several = () if value is None else [value] if isinstance(value, int) else value
+    return [float(number) for number in several]
 
 
 def _numbers(header: Any, frame: int, key: str, count: int) -> list[float]:

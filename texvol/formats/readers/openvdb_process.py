@@ -31,53 +31,64 @@ def main() -> int:
 
 
 def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
-    import numpy as np
-
-    grids = vdb.readAllGridMetadata(path)
-    names = [grid.name for grid in grids]
-    if not names:
-        return {"fault": "has no grid"}
-    if name and name not in names:
-        return {"fault": f"has no grid {name} (--variable); it has {', '.join(names[:12])}"}
-    if not name and len(names) > 1:
-        return {"fault": f"has {len(names)} grids: {', '.join(names[:12])}; --variable NAME chooses one"}
-    grid = vdb.read(path, name or names[0])
+    """Write the samples of a grid, and return where they lie."""
+    name = _chosen([grid.name for grid in vdb.readAllGridMetadata(path)], name)
+    grid = vdb.read(path, name)
     kind = type(grid).__name__
     if kind not in ("FloatGrid", "DoubleGrid", "Int32Grid", "Int64Grid", "BoolGrid", "Vec3SGrid"):
-        return {"fault": f"must be a grid of numbers or of vectors of three, got {kind}"}
+        raise ValueError(f"must be a grid of numbers or of vectors of three, got {kind}")
     low, high = grid.evalActiveVoxelBoundingBox()
     sizes = [int(b) - int(a) + 1 for a, b in zip(low, high, strict=True)]
-    channels = 3 if kind.startswith("Vec3") else 1
     if min(sizes) < 1:
-        return {"fault": "has no active voxel"}
+        raise ValueError("has no active voxel")
+    origin, columns = _placed(grid.transform, low, high)
+    channels = 3 if kind.startswith("Vec3") else 1
     needed = 4 * channels * sizes[0] * sizes[1] * sizes[2]
     if needed > most:
-        return {
-            "fault": f"its box of {sizes[0]} x {sizes[1]} x {sizes[2]} voxels needs {needed} bytes, and there is {most}"
-        }
-    values = np.zeros([*sizes, 3] if channels == 3 else sizes, np.float32)
-    if kind == "BoolGrid":
-        marks = np.zeros(sizes, bool)
-        grid.copyToArray(marks, ijk=low)
-        values[...] = marks
-    else:
-        grid.copyToArray(values, ijk=low)
-    values.tofile(samples)
-    origin = [float(each) for each in grid.transform.indexToWorld(tuple(low))]
+        box = " x ".join(map(str, sizes))
+        raise ValueError(f"its box of {box} voxels needs {needed} bytes, and there is {most}")
+    _dense(grid, low, [*sizes, 3] if channels == 3 else sizes).tofile(samples)
+    notes = [f"grid {name}: voxels that are not active are {grid.background}"]
+    if str(grid.gridClass).lower() == "level set":
+        notes.append("it is a level set: values are distances, negative inside")
+    return {"sizes": sizes, "channels": channels, "origin": origin, "columns": columns, "notes": notes}
+
+
+def _chosen(names, name):  # type: ignore[no-untyped-def]
+    """Return the name of the grid that is asked for, or of the only one."""
+    listed = ", ".join(names[:12])
+    if not names:
+        raise ValueError("has no grid")
+    if name and name not in names:
+        raise ValueError(f"has no grid {name} (--variable); it has {listed}")
+    if not name and len(names) > 1:
+        raise ValueError(f"has {len(names)} grids: {listed}; --variable NAME chooses one")
+    return name or names[0]
+
+
+def _dense(grid, low, shape):  # type: ignore[no-untyped-def]
+    """Return the samples within the box of active voxels, x slowest."""
+    import numpy as np
+
+    # Truth values are copied to nothing but truth values.
+    values = np.zeros(shape, bool if type(grid).__name__ == "BoolGrid" else np.float32)
+    grid.copyToArray(values, ijk=low)
+    return values.astype(np.float32)
+
+
+def _placed(transform, low, high):  # type: ignore[no-untyped-def]
+    """Return the position of the first voxel, and the steps along i, j and k; raise ValueError if these change."""
+    origin = [float(each) for each in transform.indexToWorld(tuple(low))]
     columns = []
     for axis in range(3):
         step = [int(each) for each in low]
         step[axis] += 1
-        columns.append([float(b) - a for a, b in zip(origin, grid.transform.indexToWorld(tuple(step)), strict=True)])
-    far = [float(each) for each in grid.transform.indexToWorld(tuple(high))]
-    straight = [origin[a] + sum(columns[k][a] * (sizes[k] - 1) for k in range(3)) for a in range(3)]
-    off = max(abs(a - b) for a, b in zip(far, straight, strict=True))
+        columns.append([float(b) - a for a, b in zip(origin, transform.indexToWorld(tuple(step)), strict=True)])
+    straight = [origin[a] + sum(columns[k][a] * (high[k] - low[k]) for k in range(3)) for a in range(3)]
+    off = max(abs(a - float(b)) for a, b in zip(straight, transform.indexToWorld(tuple(high)), strict=True))
     if off > 1e-4 * max(abs(each) for column in columns for each in column):
-        return {"fault": "must have a linear transform, got one with perspective"}
-    notes = [f"grid {name or names[0]}: voxels that are not active are {grid.background}"]
-    if str(grid.gridClass).lower() == "level set":
-        notes.append("it is a level set: values are distances, negative inside")
-    return {"sizes": sizes, "channels": channels, "origin": origin, "columns": columns, "notes": notes}
+        raise ValueError("must have a linear transform, got one with perspective")
+    return origin, columns
 
 
 if __name__ == "__main__":

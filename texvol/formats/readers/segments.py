@@ -37,31 +37,6 @@ class Segment(NamedTuple):
     stored: int = 0
 
 
-def segments_of(path: str | os.PathLike[str]) -> tuple[Segment, ...]:
-    """Return the segments of a .seg.nrrd, a DICOM SEG file, or a table of BIDS (.tsv); none if a file names none.
-
-    Raises
-    ------
-    InputError, MissingExtraError
-        If the file cannot be read.
-    """
-    name = os.fspath(path)
-    if name.lower().endswith(".tsv"):
-        return of_table(name)
-    from texvol.formats.readers.loading import named_faults, silent_libraries
-
-    is_nrrd = name.lower().endswith((".nrrd", ".nhdr"))
-    with named_faults(name, "a segmentation", "formats"), silent_libraries():
-        if is_nrrd:
-            from texvol.formats.readers.nrrd import header_of
-
-            return of_nrrd(header_of(name))
-        from texvol.formats.readers.dicom import header_of as dicom_header_of
-
-        header = dicom_header_of(name)
-        return () if header is None else of_dicom(header)
-
-
 def of_nrrd(header: Mapping[str, Any]) -> tuple[Segment, ...]:
     """Return the segments that the key/value pairs of a NRRD header name, by their numbers in the header."""
     numbers = sorted(int(found[1]) for found in map(_KEY.fullmatch, header) if found)

@@ -1,4 +1,4 @@
-"""What the attributes of an HDF5 dataset say of its grid and of missing samples.
+"""Grid and marks of missing samples of an HDF5 dataset, by its attributes.
 
 The format itself has no spacing. Read are even coordinates in dimension scales with an attribute `units` (netCDF-4),
 `element_size_um` of Fiji's and ilastik's files (z, y, x), and the marks `_FillValue` and `missing_value`.

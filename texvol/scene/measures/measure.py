@@ -16,6 +16,7 @@ Point = tuple[float, float, float]
 POINTS = {"ruler": 2, "angle": 3, "box": 2, "profile": 2}
 KINDS = tuple(POINTS)
 MOST_SAMPLES = 100_000  # of a profile
+_FARTHEST = 1e100  # coordinates whose cubes float64 holds, as the volume of a box
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class Measure:
     Raises
     ------
     InputError
-        If the kind is unknown, or the number of points is not that of the kind, or a point is not finite.
+        If the kind is unknown, or the number of points is not that of the kind, or a point is not finite or too far.
     """
 
     kind: str
@@ -94,6 +95,6 @@ def _checked_points(kind: str, points: Any) -> tuple[Point, ...]:
         numbers = np.empty(0)
     if numbers.shape != (wanted, 3):
         raise InputError(f"measure: {kind} must have {wanted} points of three numbers, got {points!r}")
-    if not np.isfinite(numbers).all():
-        raise InputError(f"measure: points must be finite, got {points!r}")
+    if not (np.abs(numbers) < _FARTHEST).all():  # NaN is neither
+        raise InputError(f"measure: points must be finite and nearer than {_FARTHEST:g}, got {points!r}")
     return tuple((float(x), float(y), float(z)) for x, y, z in numbers)

@@ -108,7 +108,7 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
                 f"{self.name}: {len(self.materials)} materials need as many colours, got {len(self.material_colors)}"
             )
         if self.modulation is not None:
-            object.__setattr__(self, "modulation", read_only(_modulation(self.modulation, self.name)))
+            object.__setattr__(self, "modulation", read_only(pieces.modulation(self.modulation, self.name)))
 
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():
@@ -380,16 +380,6 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
         level = np.zeros((1, 4))  # the two outer segments
         slope = np.vstack([level, pieces.slopes(self.values, self.numbers), level])
         return self.values[left], self.numbers[left], slope, opaque
-
-
-def _modulation(pairs: ArrayLike, name: str) -> Numbers:
-    modulation = np.array(pairs, np.float64)
-    if modulation.ndim != 2 or modulation.shape[1] != 2 or not len(modulation):
-        raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {modulation.shape}")
-    if not ((modulation >= 0) & np.isfinite(modulation)).all():
-        raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
-    pieces.check_ascending(modulation[:, 0], f"{name}: gradient magnitudes", steps=False)
-    return modulation
 
 
 def _point_of(function: TransferFunction, value: float, color: Numbers, extinction: float) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.util.errors import InputError
 
@@ -71,3 +71,14 @@ def shows_between(values: Numbers, is_more: Flags, opaque: Flags, lowest: Number
     at_start = np.maximum(left - 1, 0)
     shows |= line_shows[left] & ((highest > values[at_start]) | is_more[at_start])
     return shows & ~(np.isnan(lowest) | np.isnan(highest))
+
+
+def modulation(pairs: ArrayLike, name: str) -> Numbers:
+    """Return pairs of gradient magnitude and factor as an array; InputError unless sorted and not negative."""
+    found = np.array(pairs, np.float64)
+    if found.ndim != 2 or found.shape[1] != 2 or not len(found):
+        raise InputError(f"{name}: gradient must be a list of pairs [magnitude, factor], got shape {found.shape}")
+    if not ((found >= 0) & np.isfinite(found)).all():
+        raise InputError(f"{name}: gradient magnitudes and factors must be finite and not negative")
+    check_ascending(found[:, 0], f"{name}: gradient magnitudes", steps=False)
+    return found

@@ -328,7 +328,8 @@ def _exposed(volume: Volume, low: float, high: float) -> float:
     values = volume.overview.values
     step = max(int(np.ceil((values.size / _PROJECTED) ** (1 / 3))), 1)
     few = values[tuple(slice(None, None, min(step, max(count // 4, 1))) for count in values.shape)].astype(np.float64)
-    shown = np.clip((np.nan_to_num(few, nan=low) - low) / max(high - low, 1e-300), 0.0, 1.0)
+    with np.errstate(over="ignore"):  # far beyond a narrow window is as bright as its end
+        shown = np.clip((np.nan_to_num(few, nan=low) - low) / max(high - low, 1e-300), 0.0, 1.0)
     edges = np.linalg.norm(volume.box_edges, axis=0)
     brightest = []
     for axis, edge in zip((2, 1, 0), edges / edges.mean(), strict=True):

@@ -85,7 +85,8 @@ def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
     if shown is not None and shown.lacks_annotation:
-        desk.attempt(lambda: desk.annotating.draw(desk.textures, desk.pixels, desk.director.pictures, shown))
+        corner = parts.corner_in_pixels(desk)
+        desk.attempt(lambda: desk.annotating.draw(desk.textures, corner, desk.pixels, desk.director.pictures, shown))
     elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))

@@ -18,9 +18,9 @@ def show(desk: Desk, document: Document) -> None:
     imgui.push_id("over time")
     state = desk.panel_state
     if not state.get("time film name"):
-        state["time film name"] = saving.default_name(document, ".mp4")
+        state["time film name"] = saving.default_name(document, "-time.mp4")
     fps = parts.number("frames per second", state.get("time fps", desk.times.pace))
-    imgui.set_item_tooltip("time steps per second; formats of numbered pictures have none")
+    imgui.set_item_tooltip("time steps per second of a film; numbered pictures have none")
     if 0.1 <= fps <= 1000:
         state["time fps"] = fps
     imgui.set_next_item_width(-110 * parts.scale())

@@ -30,7 +30,9 @@ def show(desk: Desk, scene: Scene, volume: Volume, number: int) -> None:
     imgui.text_unformatted("mask: " + shortened(os.path.basename(mask.name), _LETTERS))
     imgui.set_item_tooltip(mask.name)
     imgui.same_line()
-    if imgui.small_button("remove##mask"):
+    removed = imgui.small_button("remove##mask")
+    imgui.set_item_tooltip("take the mask away; undo brings it back")
+    if removed:
         desk.change(**editing.with_own(scene, number, mask=None))
         return
     _fade(desk, volume, mask)

@@ -30,6 +30,15 @@ def corners(viewport: Viewport) -> tuple[imgui.ImVec2, imgui.ImVec2]:
     return imgui.ImVec2(viewport.x, viewport.y), imgui.ImVec2(viewport.x + viewport.width, viewport.y + viewport.height)
 
 
+def corner_in_pixels(desk: Desk) -> tuple[int, int]:
+    """Return the upper left corner of the picture in the window, in pixels."""
+    viewport, (width, height) = desk.viewport, desk.pixels
+    return (
+        round(viewport.x * width / max(viewport.width, 1)),
+        round(viewport.y * height / max(viewport.height, 1)),
+    )
+
+
 def shade(shown: NDArray) -> imgui.ImVec4:
     """Return an sRGB colour as an imgui vector."""
     return imgui.ImVec4(*triple(shown), 1.0)

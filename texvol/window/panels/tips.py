@@ -12,6 +12,7 @@ TIPS = {
     "Light": "lights, and how matter reflects them",
     "Cut": "crop box and clip planes",
     "Slices": "axial, coronal and sagittal slices (l)",
+    "Measure": "lengths, angles, boxes, profiles, and volumes of labels (m)",
     "File": "open, save, pictures and films",
     # Medium
     "mode": "how values become a picture: emission and absorption, a surface, the greatest value, or an X-ray",
