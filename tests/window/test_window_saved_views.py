@@ -180,7 +180,7 @@ def test_small_pictures_are_drawn_while_their_list_is_shown_and_once_for_each_sc
     for _ in range(2):
         turned(desk, 1.0)
         document = done(desk, "save-view")
-    director: Any = Drawing(np.zeros((30, 80, 3), np.uint8))
+    director: Any = Drawing(np.zeros((30, 80, 4), np.uint8))  # with opacity, as while something moves
     desk.director = director
     small = desk.moving.thumbnails = Thumbnails()
     small.capture(director, document.tour.views[0].camera)

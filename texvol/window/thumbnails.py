@@ -81,6 +81,6 @@ def _small(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     scale = height / SIZE[1]
     rows = ((np.arange(SIZE[1]) + 0.5) * scale).astype(int)
     columns = ((np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2) * scale + width / 2).astype(int)
-    found = pixels[rows[:, np.newaxis], np.clip(columns, 0, width - 1)]
+    found = pixels[rows[:, np.newaxis], np.clip(columns, 0, width - 1), :3]  # without the opacity, if there is one
     found[:, (columns < 0) | (columns >= width)] = 0
     return np.ascontiguousarray(found)

@@ -72,8 +72,8 @@ def show(desk: Desk) -> None:
     browser.browse(desk)
     dialogs.ask(desk)
     grips.drag(desk)
+    cube.drag(desk)  # before marks are placed: a click on the cube is none on the picture
     measure_marks.act(desk)
-    cube.drag(desk)
     motion.step(desk)
     desk.moving.thumbnails.step(desk.document, desk.director)
     if imgui.is_key_pressed(imgui.Key.escape):
