@@ -131,10 +131,14 @@ def main() -> int:
     if not BESIDE.exists():
         print("other programs are not installed: run sh scripts/setup.sh '' side-by-side", file=sys.stderr)
         return 2
+    found = volumes_of(arguments.data, arguments.only) if arguments.data.exists() else {}
+    if not found:
+        print(f"DATA must be a file or a folder with volumes, got {arguments.data}", file=sys.stderr)
+        return 2
     arguments.output.mkdir(parents=True, exist_ok=True)
     print("| file | kind | estimated error | white, % | texvol, s | PyVista, s | F3D, s | VTK, s |", flush=True)
     print("|---|---|---|---|---|---|---|---|")
-    for name, words in volumes_of(arguments.data, arguments.only).items():
+    for name, words in found.items():
         row, line = compare(name, words, arguments.output)
         row.save(arguments.output / f"{name}.png")
         if arguments.page:

@@ -61,7 +61,7 @@ def test_light_of_a_stain_is_about_white_whatever_its_thickness(thickness: float
 def test_haze_beside_a_stain_does_not_count_for_framing() -> None:
     core = 1000 * np.exp(-((RADIUS / 0.15) ** 4))
     plain, hazy = (
-        Scene(Volume(values, unit="µm"), "fluorescence") for values in (core, core + 8.0 * (np.abs(Z) < 0.1))
+        Scene(Volume(values, unit="µm"), "fluorescence") for values in (core, core + 25.0 * (np.abs(Z) < 0.1))
     )
     assert framed(hazy).height == pytest.approx(framed(plain).height, rel=0.1)
 
