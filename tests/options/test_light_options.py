@@ -374,20 +374,8 @@ def test_help_lists_every_option_once_in_its_group(command: str, capsys: pytest.
     )
     at = {title: lines.index(title) for title in titles}
     assert sorted(titles, key=at.__getitem__) == list(titles)
-    own = [
-        "tf",
-        "unit-distance",
-        "materials",
-        "range",
-        "opacity",
-        "label-look",
-        "hidden",
-        "unit",
-        "spacing",
-        "transform",
-        "mask",
-    ]
-    further = " ".join(f"add-{name}" for name in [*own, *reading_options.READING])
+    own = "tf unit-distance materials range opacity label-look hidden unit spacing transform mask"
+    further = " ".join(f"add-{name}" for name in (*own.split(), *reading_options.READING))
     groups = {
         "scene:": "scene tf unit-distance materials range opacity label-look hidden classification unit "
         "spacing transform mask space size background gradient",
