@@ -25,7 +25,7 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 2800  # of damaged files: all made by hand, and 72 more of a kind, 12 of slow ones; see scripts/fuzz.py
+COUNT = 3300  # of damaged files: all made by hand, and 72 more of a kind, 12 of slow ones; see scripts/fuzz.py
 SEED = 18
 SCRIPT = Path(__file__).parents[2] / "scripts/fuzz.py"
 
@@ -72,9 +72,10 @@ def test_damage_of_stores_is_of_every_kind() -> None:
 
 def test_every_format_that_is_read_is_among_the_kinds(inputs: fuzz.Inputs) -> None:
     known = " ".join(inputs.kinds)
-    # Zarr is read by threads, which do not outlive a fork of this process: it is in the campaign below.
+    # Zarr is read by threads, which do not outlive a fork of this process: it is in the campaign below. No program here
+    # writes ND2, and OpenVDB is read by a process of the system's Python.
     for name in (
-        *(each for each in FORMATS if each != "Zarr"),
+        *(each for each in FORMATS if each not in ("Zarr", "ND2", "OpenVDB")),
         "dicom-rle",
         "dicom-jpeg",
         "dicom-jpeg-ls",

@@ -47,8 +47,9 @@ _SLOW = (
     "scene",
     "minc",
     "fits",
-    "segy",
+    "seg-y",
     "lif",
+    "czi",
 )  # kinds of which there is a sixth as many inputs: reading them forks
 
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
-from support.fuzzing.seeds import STEPS, TURN, VALUES, Seed, of
+from support.fuzzing.seeds import STEPS, TURN, VALUES, Seed, of, written
 
+_IDENTIFIER = re.compile(rb"<RetilingId>[0-9a-f-]{36}")
 _HEAD = (VALUES > 20).astype("u1")
 
 
@@ -22,6 +24,7 @@ def seeds() -> Iterator[Seed]:
     yield from _fits()
     yield from _segy()
     yield Seed("lif", {"v.lif": _lif()}, "v.lif")
+    yield _czi()
     yield from _transfers()
 
 
@@ -144,7 +147,7 @@ def _segy() -> Iterator[Seed]:
                 file.trace[number] = VALUES[:, inline, crossline].astype("f4")
             file.bin.update(hdt=4000, hns=3)
 
-    yield of("segy", "v.sgy", write)
+    yield of("seg-y", "v.sgy", write)
 
 
 def _lif() -> bytes:
@@ -167,6 +170,21 @@ def _lif() -> bytes:
         + label
         + VALUES.tobytes()
     )
+
+
+def _czi() -> Seed:
+    from pylibCZIrw import czi
+
+    def write(path: Path) -> None:
+        with czi.create_czi(str(path)) as file:
+            for number, plane in enumerate(VALUES.astype("u2")):
+                file.write(np.ascontiguousarray(plane[..., np.newaxis]), plane={"T": 0, "C": 0, "Z": number}, scene=0)
+            file.write_metadata("own", scale_x=2e-6, scale_y=3e-6, scale_z=4e-6)
+
+    content = written("v.czi", write)
+    # Its two identifiers, after a head of a segment and three numbers, are random, and one in the text of each plane.
+    content = content[:48] + bytes(32) + content[80:]
+    return Seed("czi", {"v.czi": _IDENTIFIER.sub(rb"<RetilingId>" + b"0" * 36, content)}, "v.czi")
 
 
 def _transfers() -> Iterator[Seed]:
