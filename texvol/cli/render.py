@@ -158,12 +158,8 @@ def run(arguments: argparse.Namespace) -> None:
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
         error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
-<<<<<<< HEAD
         metadata = renderer.attributes | (check.attributes if check else {})
     files = {arguments.depth: depth_picture.encoded(arguments.depth, depth)} if depth is not None else {}
-=======
-        metadata, files = renderer.attributes | (check.attributes if check else {}), {}
->>>>>>> h7
     if picture is not None:  # encoded after the textures are released: both need much memory
         shown, transparent = export.of(picture, scene, arguments.output), scene_options.transparent
         metadata |= export.metadata(scene_options.volume, scene, arguments.output, settings)
