@@ -144,8 +144,15 @@ def test_changes_are_of_every_step(folder: Path) -> None:
     went(desk, "step 2")
     assert document.scene.transfer_function is medium
     histogram = document.histogram(document.scene.volume)
+    state = SimpleNamespace(volume=document.scene.volume)
+    desk.panel_state |= {"of a panel": state, "sliced": document.scene.volume}
+    desk.layout.follow(document.scene)
+    desk.layout.index = np.array([1.0, 2.0, 3.0])
     went(desk, "step 3")
     assert document.histogram(document.scene.volume) is histogram, "a new one would take longer than a frame"
+    assert state.volume is desk.panel_state["sliced"] is document.scene.volume, "panels keep their state"
+    desk.layout.follow(document.scene)
+    assert desk.layout.index.tolist() == [1, 2, 3] and desk.layout.volume is document.scene.volume
 
 
 def test_channels_of_one_file_go_together(folder: Path) -> None:

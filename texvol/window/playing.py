@@ -14,6 +14,12 @@ def follow(desk: Desk) -> None:
     for name, each in desk.panel_state.items():
         if isinstance(each, Volume) and each in found:
             desk.panel_state[name] = found[each]
+        elif (held := getattr(each, "volume", None)) in found:
+            each.volume = found[held]
+    layout = desk.layout
+    if layout.volume in found:  # slices stay where they are, with their window of values
+        layout.volume = found[layout.volume]
+        layout.volumes = tuple(found.get(volume, volume) for volume in layout.volumes)
     for fault in times.faults:
         desk.say(fault, fault=True)
     times.faults.clear()
