@@ -252,6 +252,7 @@ class Application:
     def _at_rest(self) -> bool:
         desk = self._desk
         busy = desk.times.pending or desk.measuring.counting.busy or desk.moving.motion is not None
+        busy |= desk.search is not None or (desk.document is not None and desk.document.unframed)
         quiet = desk.loading is None and desk.writing is None and not busy
         return desk.director.at_rest and quiet
 

@@ -138,7 +138,7 @@ class Document:
     view : View
     history : History
     unframed : bool
-        True if the box of the scene has changed, and the home view is still that of the former box.
+        True if the box of the scene or the size of the picture has changed, and the home view is still that of before.
     """
 
     def __init__(
@@ -249,10 +249,20 @@ class Document:
         self.show(annotation=annotation)
 
     def fit(self, size: tuple[int, int]) -> None:
-        """Set the size of the picture in pixels; an unchanged home view is framed anew for it."""
+        """Set the size of the picture in pixels; an unchanged home view is framed anew for it, or soon if it is large.
+
+        See `texvol.window.reframing` for the latter.
+        """
         self._size = size
-        if self.home is not None and self.at_home:
-            self.take_home(on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1]), size)
+        if self.at_home and sum(volume.size for volume in self.scene.volumes) > _QUICK:
+            self.unframed = True
+        elif self.at_home:
+            self.frame_home(size)
+
+    def frame_home(self, size: tuple[int, int]) -> None:
+        """Frame the home view anew for a picture of `size` pixels, now."""
+        assert self.home is not None
+        self.take_home(on_content(View(self.home.plain, self.view.pivot), self.scene, size[0] / size[1]), size)
 
     def take_home(self, view: View, size: tuple[int, int]) -> None:
         """Look at the scene in a home view that frames it in a picture of `size` pixels."""
@@ -319,11 +329,7 @@ class Document:
                 forget_content(volume)
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
-            if np.array_equal(one, other):
-                return
-            if self.at_home and sum(volume.size for volume in scene.volumes) > _QUICK:
-                self.unframed = True
-            else:
+            if not np.array_equal(one, other):
                 self.fit(self._size)
 
 
@@ -358,7 +364,7 @@ def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))
         if has_time(scene):
-            document.fit(size)
+            document.frame_home(size)
     return document
 
 

@@ -1,4 +1,4 @@
-"""Framing of a large scene whose box has changed: its view is found on a thread, so that the window draws on."""
+"""Framing of a large scene whose box or picture's size has changed: on a thread, so that the window draws on."""
 
 from __future__ import annotations
 
