@@ -23,6 +23,7 @@ _DIGITS = 5
 _PLOT = 170.0  # height, window coordinates at scale 1
 _LINE = 1.6  # width of a curve
 _ROWS = 9  # of the table of labels, which scrolls
+_HEADS = ("number of the label", "samples that have it", "their volume in the world")  # tooltips
 _LETTERS = 14  # of a volume's name
 _MOST_PLOTTED = 4000  # points of a plotted line
 
@@ -74,9 +75,14 @@ def _labels(each: Measured) -> None:
     if not imgui.begin_table(f"labels {each.name}", 3, flags, imgui.ImVec2(0, height)):
         return
     imgui.table_setup_scroll_freeze(0, 1)
-    for head in ("label", "samples", f"volume ({unit})" if unit else "volume"):
+    heads = "label", "samples", f"volume ({unit})" if unit else "volume"
+    for head in heads:
         imgui.table_setup_column(head)
-    imgui.table_headers_row()
+    imgui.table_next_row(imgui.TableRowFlags_.headers)
+    for head, tip in zip(heads, _HEADS, strict=True):
+        imgui.table_next_column()
+        imgui.table_header(head)
+        imgui.set_item_tooltip(tip)
     clipper = imgui.ListClipper()
     clipper.begin(len(samples))
     while clipper.step():
