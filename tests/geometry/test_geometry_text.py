@@ -65,6 +65,7 @@ def test_faces_of_obj_are_all_read(tmp_path: Path, form: bytes, ends: bytes) -> 
     ("faces", "reason"),
     [
         (b"f 0 1 2\n", "index 0.* in line 5: 'f 0"),
+        (b"f 1 2 1000000000\n", "index '1000000000', where there are 4"),
         (b"f 1 2 3\nf 1 0 3\n", "index 0.* in line 6"),
         (b"vn 0 0 1\nf 1//1 2//0 3//1\n", "index 0"),
         (b"vt 0 0\nf 1/1 2/1 3/00\n", "index 0"),

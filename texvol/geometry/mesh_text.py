@@ -29,7 +29,7 @@ def plain_obj(content: bytes) -> tuple[str, int]:
     Raises
     ------
     FileFault
-        If a face has fewer than three corners, or an index 0.
+        If a face has fewer than three corners, an index 0, or one of more digits than there are elements.
     """
     content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n").replace(b"\\\n", b" ")
     content = _KEYWORDS.sub(rb"\1 ", _COMMENTS.sub(b"", content))
@@ -42,9 +42,20 @@ def plain_obj(content: bytes) -> tuple[str, int]:
             raise FileFault(f"has a face with {reason}, in line {line}: {_shown(found.group())}")
     if _FROM_BEHIND.search(content):
         content = b"\n".join(_counted_from_1(content.split(b"\n")))
+    _check_indices(content)
     triangles = sum(len(corners.split()) - 2 for corners in _FACES.findall(content))
     # Names may have any encoding, and are not used.
     return content.decode("utf-8", "replace"), triangles
+
+
+def _check_indices(content: bytes) -> None:
+    """Raise FileFault if an index has more digits than the number of elements: trimesh makes a table up to it."""
+    most = max(
+        content.count(f"\n{word} ".encode()) + content.startswith(f"{word} ".encode()) for word in ("v", "vt", "vn")
+    )
+    too_long = re.compile(rb"^f [^\n]*?(?<=[ \t/])0*([1-9]\d{%d,})" % len(str(most)), re.MULTILINE)
+    if found := too_long.search(content):
+        raise FileFault(f"has a face with index {_shown(found[1])}, where there are {most} at most to count")
 
 
 def _counted_from_1(lines: Iterable[bytes]) -> Iterator[bytes]:
