@@ -40,7 +40,7 @@ def test_an_estimate_that_there_is_no_room_for_is_left_out() -> None:
 
 def test_an_estimate_is_left_out_where_the_small_picture_is_too_wide(monkeypatch: pytest.MonkeyPatch) -> None:
     """The small picture's sides are rounded, and slabs are longer in the corners of a wider one."""
-    monkeypatch.setattr("texvol.rendering.renderer.smaller", lambda size: (200, 20))
+    monkeypatch.setattr("texvol.rendering.late_estimate.smaller", lambda size: (200, 20))
     with Renderer(texture_memory=0.2) as renderer:
         assert renderer.render(wide_view("slab"), SIZE, slab_thickness=2.0, texture_format="rgba8").any()
         assert renderer.stats["estimated_error"] is None

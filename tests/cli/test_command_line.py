@@ -157,7 +157,10 @@ WRONG = [
     (["render", "v.npy", "-o", "a.png", "--height", "-1"], "height must be positive"),
     (["render", "v.npy", "-o", "a.png", "--projection", "fisheye"], "orthographic, perspective"),
     (["render", "v.npy", "-o", "a.png", "--background", "0,nan,0"], "must be three numbers of at least 0"),
-    (["render", "v.npy", "-o", "a.png", "--tf", "nothing"], "must be a .json or .toml file, or a preset"),
+    (
+        ["render", "v.npy", "-o", "a.png", "--tf", "nothing"],
+        "must be a file such as .json or .toml, the name of a colour map",
+    ),
     (["render", "v.npy", "-o", "a.png", "--tf", "nothing.json"], "nothing.json: cannot be read"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "0"], "slab thickness must be positive"),
     (["render", "v.npy", "-o", "a.png", "--slab-thickness", "1e-12"], "at most 1048576 can be drawn"),

@@ -198,7 +198,8 @@ def test_formats_that_are_not_read_are_refused_by_name(
 ) -> None:
     (tmp_path / name).write_bytes(b"whatever")
     assert f"is {kind}" in (message := refused(tmp_path / name, capfd))
-    assert "texvol reads NRRD, NIfTI, MetaImage, DICOM, TIFF, MRC, VTI, VTR, VTS, VTU, netCDF, Exodus, VTK" in message
+    assert "texvol reads" in message
+    assert all(each in message for each in ("NRRD", "NIfTI", "DICOM", "TIFF", "OpenVDB", "VTI", "netCDF", "Imaris"))
 
 
 def test_an_unknown_format_is_refused_with_the_list(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

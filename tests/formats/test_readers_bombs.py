@@ -17,6 +17,7 @@ import nibabel
 import numpy as np
 import pytest
 import tifffile
+from support.processes import open_files
 from support.refusal import refused
 
 from texvol import InputError, load
@@ -121,10 +122,6 @@ def test_many_small_streams_in_one_take_no_time(tmp_path: Path) -> None:
     start = time.perf_counter()
     assert load(tmp_path / "v.raw.gz", shape=(5, 4, 3), dtype="i2").dimensions == (5, 4, 3)
     assert time.perf_counter() - start < 4  # under a second on one core at 3 GHz; 8 s before
-
-
-def open_files() -> list[str]:
-    return sorted(os.listdir("/proc/self/fd"))
 
 
 @pytest.fixture(scope="module")

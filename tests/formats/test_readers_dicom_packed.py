@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from pydicom import uid
 from pydicom.encaps import encapsulate
 from support.dicom_files import slice_of
+from support.processes import open_files
 from support.refusal import refused
 
 from texvol import load
@@ -79,15 +79,6 @@ def test_damaged_frames_are_refused_or_read_and_end_nothing(
             refusals += 1
     assert refusals > 6
     assert open_files() - before == set()
-
-
-def open_files() -> set[tuple[str, str]]:
-    """Numbers of the open files of this process, and what they are."""
-    found = set()
-    for number in os.listdir("/proc/self/fd"):
-        with suppress(OSError):  # that of the list itself
-            found.add((number, os.readlink(f"/proc/self/fd/{number}")))
-    return found
 
 
 @pytest.mark.parametrize("kind", STREAMS)

@@ -9,8 +9,9 @@ from support.scenes import BONE, FOG, random_volume, smooth_volume
 
 from texvol.comparison import compare
 from texvol.opengl.contexts import open_context
+from texvol.output.one_picture import render
 from texvol.ray_casting import raycast
-from texvol.rendering.renderer import Renderer, render
+from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.transfer import TransferFunction

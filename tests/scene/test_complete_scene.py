@@ -85,7 +85,10 @@ def test_a_preset_is_welcome_by_name() -> None:
         ({"transfer_function": "ct-bon"}, "preset 'ct-bon' not found"),
         ({"transfer_function": 3}, "scene: transfer_function must be a TransferFunction, got int"),
         ({"camera": "front"}, "scene: camera must be a Camera, got str"),
-        ({"lighting": "head"}, "scene: lighting must be a Lighting, got str"),
+        (
+            {"lighting": "sun"},
+            "scene: lighting must be a Lighting or one of none, head, three-point, studio",
+        ),
         ({"depth_cue": 0.5}, "scene: depth_cue must be a DepthCue, got float"),
         ({"gradient": "central"}, "scene: gradient must be an Estimator, got str"),
         ({"mask": np.ones((4, 4, 4))}, "scene: mask must be a Mask, got ndarray"),

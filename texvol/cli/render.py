@@ -28,7 +28,7 @@ from texvol.scene.scene import Scene
 from texvol.slicing.slabs import SLICINGS
 from texvol.util import progress, writing
 from texvol.util.errors import InputError
-from texvol.util.terminal import done, say, stage, status_line
+from texvol.util.terminal import done, say, shows_progress, stage, status_line
 
 if TYPE_CHECKING:
     import numpy as np
@@ -210,7 +210,7 @@ def _draw_picture(
     if arguments.progressive:
         show_coarse_pictures(renderer, scene, arguments, export, scene_options, accuracy)
     size = scene_options.size
-    if arguments.repeat > 1:  # what is timed is drawn in one piece
+    if arguments.repeat > 1 or not shows_progress():  # what is timed is drawn in one piece
         return renderer.render(scene, size, **accuracy)
     with progress.heard(done, forecast.of_picture(scene, size, accuracy)):
         return renderer.render(scene, size, **accuracy)

@@ -29,7 +29,14 @@ _NUMBER = (int, float)
 SOURCE: dict[str, Any] = {"path": str, "absolute": str, "shape": list, "dtype": str, "series": str, "spacing": list}
 SOURCE |= {"variable": str, "resolution": list, "missing": list}
 SOURCE |= {"channel": (int, str), "time": int, "labels": bool, "blocks": bool, "color": bool}
-SOURCE |= {"image": str, "level": int, "fix_pyramid": bool, "missing_chunks": bool, "label_names": str}
+SOURCE |= {
+    "image": str,
+    "level": int,
+    "fix_pyramid": bool,
+    "missing_chunks": bool,
+    "label_names": str,
+    "resample": bool,
+}
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
 _SETTINGS: dict[str, Any] = {
     each.name: {"float": _NUMBER, "float | None": _NUMBER, "str": str, "bool": bool, "bool | None": bool, "int": int}[

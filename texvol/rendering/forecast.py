@@ -57,6 +57,8 @@ def of_picture(scene: Scene, size: Size, accuracy: Mapping[str, Any], *, has_tex
     searches = accuracy.get("max_error") is not None
     if thickness is None:
         thickness = scene.smallest_spacing / (rate or _USUAL_RATE)
+    if not thickness > 0:
+        return 0.0  # no picture will be drawn
     settings = Settings(min(thickness, 2 * scene.box.radius), "auto", "auto", 0.0, skip_empty=True)
     drawing = of_drawing(complete, size, settings) * (_SEARCH if searches else 1.0)
     return drawing + (0.0 if has_textures else of_textures(scene))

@@ -18,15 +18,17 @@ from texvol.scene.camera import Camera
 from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
-from texvol.scene.light_sets import light_set
+from texvol.scene.light_sets import LIGHT_SETS, light_set
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.transfer import presets
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
+from texvol.util.errors import InputError
 
 NO_LIGHT = "none"
+_HEAD = "head"
 _SOLID = "solid inside"
 EXPOSED = Lighting(ambient=0.14, diffuse=0.74, specular=0.12)
 _UNLIT = ("fog", "fluorescence")  # media without surfaces
@@ -88,7 +90,7 @@ class Look:
 def parts_taken(scene: SceneParts) -> dict[str, Any]:
     """Return the parts that stand for a look, for the name of a preset, and for a word as the light of a scene.
 
-    The word is "none", or the name of a set of lights, which is placed by the scene's camera.
+    The word is "none", "head", or the name of a set of lights, which is placed by the scene's camera.
     """
     look: Any = scene.transfer_function
     parts: dict[str, Any] = {}
@@ -96,7 +98,7 @@ def parts_taken(scene: SceneParts) -> dict[str, Any]:
     if unlit:
         parts["lighting"] = None
     elif isinstance(scene.lighting, str):
-        parts["lighting"] = light_set(scene.lighting, scene.camera or Camera.framing(scene.volume))
+        parts["lighting"] = _light_by(scene.lighting, scene)
     if unlit and look is None and scene.mode == "composite":
         look, parts["volume"] = look_for(scene.volume), seen_as(scene.volume)
     elif isinstance(look, str):
@@ -104,6 +106,16 @@ def parts_taken(scene: SceneParts) -> dict[str, Any]:
     if isinstance(look, Look):
         parts |= look.parts_for(scene, lit=not unlit and scene.mode == "composite")
     return parts
+
+
+def _light_by(word: str, scene: SceneParts) -> Lighting:
+    """Return the head light of looks, or a set of lights placed by the scene's camera."""
+    if word == _HEAD:
+        return EXPOSED
+    if word not in LIGHT_SETS:
+        words = ", ".join((NO_LIGHT, _HEAD, *LIGHT_SETS))
+        raise InputError(f"scene: lighting must be a Lighting or one of {words}, got {word!r}")
+    return light_set(word, scene.camera or Camera.framing(scene.volume))
 
 
 def look_of(name: str, volume: Volume, materials: Sequence[str] | None = None) -> Look:

@@ -67,7 +67,7 @@ class Scene(ShownInNotebooks):
         Content of the 3D texture, see `slab_texture`. "slab" and "extinction" apply the transfer function before
         interpolation, "post" and "integrated" after it. "auto" stands for the medium of "post", which a renderer draws
         by "slab" where that is as good and no dearer.
-    lighting : Lighting or "none", optional
+    lighting : Lighting, "none", "head" or the name of a set of lights, optional
         Lights and reflection of the medium. With "none", and with a TransferFunction without it, the medium shows its
         own colour.
     gradient : Estimator

@@ -83,6 +83,11 @@ class _Progress:
 _progress: _Progress | None = None
 
 
+def shows_progress() -> bool:
+    """True if a line of progress is shown on a terminal once the command takes longer than two seconds."""
+    return _progress is not None
+
+
 @contextmanager
 def showing_progress() -> Iterator[None]:
     """Show on a terminal what is done, and for how long, as soon as it takes longer than two seconds."""

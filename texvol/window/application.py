@@ -366,6 +366,8 @@ class Application:
 
     def _screenshots(self) -> None:
         plan = self._plan
+        if plan.ends and self._played_back:
+            self._desk.times.playing = False  # a film of time steps would never rest
         self._over = plan.ends and self._played_back and self._at_rest and not self._shots
         self._over |= plan.frames is not None and self._frames >= plan.frames
         if self._over:
