@@ -68,6 +68,19 @@ def test_a_scene_file_is_drawn_as_it_says(saved: Path) -> None:
     np.testing.assert_array_equal(texvol.render(scene, (24, 18)), picture)
 
 
+def test_a_scene_is_saved_and_read_again(saved: Path) -> None:
+    camera = texvol.Camera.perspective((90, 3, 40), (10, 10, 10), (0, 0, 1), 25)
+    scene = texvol.Scene(texvol.load(saved), "magma", camera, background=(0.1, 0.2, 0.3), lighting="studio")
+    file = saved.with_name("again.toml")
+    scene.save(file, (24, 18))
+    np.testing.assert_array_equal(texvol.render(file, sampling_rate=1), texvol.render(scene, (24, 18), sampling_rate=1))
+    with pytest.raises(texvol.InputError, match="was not read from a file"):
+        texvol.Scene(texvol.Volume(BALL)).save(saved.with_name("array.toml"))
+    assert not saved.with_name("array.toml").exists()
+    with pytest.raises(texvol.InputError, match=r"must end with \.toml"):
+        scene.save(saved.with_name("scene.json"))
+
+
 def test_a_scene_and_its_size_as_before() -> None:
     scene = texvol.Scene(texvol.Volume(BALL), "fog")
     assert texvol.render(scene).shape == (512, 512, 4)

@@ -172,6 +172,16 @@ class Scene(ShownInNotebooks):
         loaded: Scene = late("load_scene", path)
         return loaded
 
+    def save(self, path: str | os.PathLike[str], size: tuple[int, int] = (512, 512)) -> None:
+        """Write a scene file (TOML) for pictures of `size` (width, height), and transfer functions beside it.
+
+        Raises
+        ------
+        InputError
+            If a volume, mask or mesh was not read from a file, or a file can't be written.
+        """
+        late("write_scene", path, self, size)
+
     def replace(self, **parts: Any) -> Scene:
         """Return the scene with other parts, by the names of its parameters; see `Scene` for errors."""
         known = [each.name for each in fields(self)]

@@ -23,6 +23,7 @@ _FUNCTIONS = {
     "to_pyvista": "formats.interchange",
     "to_sitk": "formats.interchange",
     "to_xarray": "formats.interchange",
+    "write_scene": "window.scene_writing",
 }
 
 

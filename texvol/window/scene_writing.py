@@ -19,6 +19,7 @@ from texvol.annotation import Annotation
 from texvol.annotation.request import PARTS
 from texvol.options import saved_views
 from texvol.options.light import AMBIENT
+from texvol.options.scene_options import DEFAULT_SIZE
 from texvol.scene import spaces
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
@@ -29,6 +30,7 @@ from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.shapes import Mesh
 from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
+from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.util.locations import is_remote
 from texvol.window import volume_list
@@ -76,6 +78,27 @@ def scene_files(
     lines = [f"{key} = {_toml(value)}\n" for key, value in content.items() if value is not None]
     files[path] = "".join([*lines, *_tables(saved_views.tables_of(tour or Tour()))]).encode()
     return files
+
+
+def write_scene(path: str | os.PathLike[str], scene: Scene, size: tuple[int, int] = DEFAULT_SIZE) -> None:
+    """Write a scene that was made in Python as a scene file, and its transfer functions beside it; all or nothing.
+
+    Parameters
+    ----------
+    size : (width, height)
+        Pixels of the pictures of the scene file.
+
+    Raises
+    ------
+    InputError
+        If the name does not end with .toml, a file can't be written, or a scene file can't describe the scene: its
+        volumes, masks and meshes must come from files.
+    """
+    if Path(path).suffix.lower() != ".toml":
+        raise InputError(f"{path}: the name of a scene file must end with .toml")
+    writing.check_writable(path)
+    files = scene_files(path, scene.looked, size, Showing())
+    writing.write_files({str(name): content for name, content in files.items()})
 
 
 def transfer_function_path(path: Path, number: int) -> Path:
