@@ -18,7 +18,8 @@ from texvol.distributed import drawing
 from texvol.distributed.cropped import Cropped, over
 from texvol.distributed.drawing import Drawn, DrawnFrame, FrameOrder, Machine, Order
 from texvol.distributed.sending import Packer
-from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.picture_size import checked_size
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.memory import free_memory
 from texvol.util.termination import unheard_by_children

@@ -10,7 +10,8 @@ from importlib import import_module
 from typing import Any
 
 from texvol.methods.method import Method, Numbers, Size
-from texvol.scene.scene import Scene, checked_size
+from texvol.scene.picture_size import checked_size
+from texvol.scene.scene import Scene
 from texvol.util.errors import InputError
 
 __all__ = ["METHODS", "Method", "draw", "method_of"]

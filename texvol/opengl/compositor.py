@@ -22,7 +22,7 @@ from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
-from texvol.scene.scene import checked_size
+from texvol.scene.picture_size import checked_size
 from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError

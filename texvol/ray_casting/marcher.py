@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from texvol.ray_casting.common.surface_lighting import reflected
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
-from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.picture_size import checked_size
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
 Numbers = NDArray[np.float64]

@@ -46,8 +46,9 @@ from texvol.ray_casting.common.rays import (
 )
 from texvol.ray_casting.plain import tracer as plain
 from texvol.scene.lighting import casts_shadows
+from texvol.scene.picture_size import checked_size
 from texvol.scene.refinement import refined_scene
-from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.volume import Volume
 
 if TYPE_CHECKING:

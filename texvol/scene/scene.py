@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import operator
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -20,9 +20,16 @@ from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import DepthCue, Lighting
-from texvol.scene.looks import look_for, parts_taken, seen_as
+from texvol.scene.looks import Look, look_for, seen_as
 from texvol.scene.mask import Mask, without_hidden
-from texvol.scene.scene_checks import check_air, check_cutting, check_geometry, check_isovalue, check_medium
+from texvol.scene.scene_checks import (
+    check_air,
+    check_cutting,
+    check_geometry,
+    check_isovalue,
+    check_medium,
+    check_types,
+)
 from texvol.scene.shapes import Lines, Mesh
 from texvol.scene.transfer import NO_MEDIUM, TransferFunction, proposed_for
 from texvol.scene.volume import Volume
@@ -38,15 +45,6 @@ MODES: tuple[str, ...] = get_args(Mode)
 NUMBER_MODES = ("xray", "mip", "minip", "average")  # their pictures hold numbers, not colours
 Coloring = Literal["grey", "tf"]
 COLORINGS: tuple[str, ...] = get_args(Coloring)
-# Optional parts of a scene and their types.
-_PARTS: dict[str, type] = {
-    "transfer_function": TransferFunction,
-    "camera": Camera,
-    "lighting": Lighting,
-    "depth_cue": DepthCue,
-    "mask": Mask,
-    "depth": DepthPicture,
-}
 
 
 @dataclass(frozen=True, repr=False)
@@ -128,8 +126,34 @@ class Scene(ShownInNotebooks):
     depth: DepthPicture | None = None
     isosurfaces: tuple[Isosurface, ...] = ()
 
+    if TYPE_CHECKING:  # what may be given, beside what is kept
+
+        def __init__(
+            self,
+            volume: Volume,
+            transfer_function: TransferFunction | Look | str | None = None,
+            camera: Camera | None = None,
+            background: Sequence[float] = (0.0, 0.0, 0.0),
+            classification: Classification = "auto",
+            lighting: Lighting | str | None = None,
+            gradient: Estimator = CENTRAL,
+            depth_cue: DepthCue | None = None,
+            mode: Mode = "composite",
+            isovalue: float | None = None,
+            clip: Sequence[ClipPlane] = (),
+            crop: Sequence[Sequence[float]] | None = None,
+            caps: bool = False,
+            geometry: Sequence[Mesh | Lines] = (),
+            mask: Mask | None = None,
+            added: Sequence[AddedVolume] = (),
+            air: Air = None,
+            coloring: Coloring = "grey",
+            depth: DepthPicture | None = None,
+            isosurfaces: Sequence[Isosurface] = (),
+        ) -> None: ...
+
     def __post_init__(self) -> None:
-        self._check_types()
+        check_types(self)
         background = np.asarray(self.background)
         if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
             raise InputError(f"scene: background must be three numbers of at least 0, got {self.background!r}")
@@ -143,15 +167,6 @@ class Scene(ShownInNotebooks):
         check_cutting(self)
         check_geometry(self)
         self._check_volumes()
-
-    def _check_types(self) -> None:
-        check_type("scene: volume", self.volume, Volume, "make one of an array by texvol.Volume(values)")
-        for name, part in parts_taken(self).items():
-            object.__setattr__(self, name, part)
-        for name, kind in _PARTS.items():
-            if (part := getattr(self, name)) is not None:
-                check_type(f"scene: {name}", part, kind)
-        check_type("scene: gradient", self.gradient, Estimator)
 
     def __repr__(self) -> str:
         parts = [f"{self.volume!r}", self.mode, self.classification]
@@ -376,14 +391,3 @@ class CompleteScene(Scene):
 def _own_parts(added: AddedVolume) -> dict[str, Any]:
     """Return the parts of a scene that an added volume has of its own."""
     return {"volume": added.volume, "transfer_function": added.transfer_function, "mask": added.mask}
-
-
-def checked_size(size: tuple[int, int]) -> tuple[int, int]:
-    """Return (width, height) as integers, or raise InputError unless both are whole numbers of at least 1."""
-    try:
-        width, height = (operator.index(side) for side in size)
-    except (TypeError, ValueError):
-        raise InputError(f"size must be (width, height) in whole pixels, got {size!r}") from None
-    if min(width, height) < 1:
-        raise InputError(f"size must be at least one pixel along each side, got {width}x{height}")
-    return width, height

@@ -7,10 +7,39 @@ from typing import Any
 import numpy as np
 
 from texvol.scene.air import checked_air
+from texvol.scene.camera import Camera
 from texvol.scene.cutting import ClipPlane, checked_crop
+from texvol.scene.depth_picture import DepthPicture
+from texvol.scene.gradient import Estimator
 from texvol.scene.isosurfaces import checked_isosurfaces
+from texvol.scene.lighting import DepthCue, Lighting
+from texvol.scene.looks import parts_taken
+from texvol.scene.mask import Mask
 from texvol.scene.shapes import checked_geometry
+from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, check_type
+
+# Optional parts of a scene and their types.
+_PARTS: dict[str, type] = {
+    "transfer_function": TransferFunction,
+    "camera": Camera,
+    "lighting": Lighting,
+    "depth_cue": DepthCue,
+    "mask": Mask,
+    "depth": DepthPicture,
+}
+
+
+def check_types(scene: Any) -> None:
+    """Store the parts that stand for a look or a light, and check the types of all parts."""
+    check_type("scene: volume", scene.volume, Volume, "make one of an array by texvol.Volume(values)")
+    for name, part in parts_taken(scene).items():
+        object.__setattr__(scene, name, part)
+    for name, kind in _PARTS.items():
+        if (part := getattr(scene, name)) is not None:
+            check_type(f"scene: {name}", part, kind)
+    check_type("scene: gradient", scene.gradient, Estimator)
 
 
 def check_isovalue(scene: Any) -> None:

@@ -23,7 +23,8 @@ from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays, v
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import isosurface_color
-from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.picture_size import checked_size
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
 _KINDS = {

@@ -18,7 +18,8 @@ from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import needed_chunks, region_shows
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.scene import CompleteScene, Scene, checked_size
+from texvol.scene.picture_size import checked_size
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import bricks
 from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
