@@ -20,6 +20,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.util.installation import install_command
 
 BOTH = pytest.mark.parametrize("classification", ["extinction", "post"])
 EXAMPLES = settings(max_examples=12, deadline=None)
@@ -351,7 +352,6 @@ def test_without_a_folder_to_keep_compiled_code_it_still_compiles():
 from numba.core import caching
 caching.CacheImpl._locator_classes = []
 from texvol.ray_casting.plain.tracer import trace_rays
-from texvol.util.installation import install_command
 print(type(trace_rays._cache).__name__)
 """
     done = run_python(code)
