@@ -166,8 +166,8 @@ UPPER = (
         "test_mistakes.py -k 'not_there'",
     ),
     Mistake(
-        *("output", "sequences:views"),
-        *("360 * i / count", "360 * i / max(count - 1, 1)"),
+        *("scene", "orbit:cameras"),
+        *("360 * number / count", "360 * number / max(count - 1, 1)"),
         "the last view of an orbit is the first again",
         "test_orbit.py -k 'single_pictures or first_view_is_the_picture'",
     ),

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from texvol.formats.stores.channels import load_channels
     from texvol.options.looks import load_look
     from texvol.output.one_picture import render
+    from texvol.output.turn_page.from_python import TurnPage, turn_page
     from texvol.ray_casting import raycast_progressively
     from texvol.ray_casting.tetrahedra import raycast_tetrahedra
     from texvol.rendering.picture import Picture
@@ -76,6 +77,7 @@ _MODULES = {
     "TexvolError": "util.errors",
     "TimeSeries": "formats.readers",
     "TransferFunction": "scene.transfer",
+    "TurnPage": "output.turn_page.from_python",
     "Volume": "scene.volume",
     "Workers": "distributed.workers",
     "compare": "comparison",
@@ -91,6 +93,7 @@ _MODULES = {
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "output.one_picture",
     "render_progressively": "rendering.streaming.progressive",
+    "turn_page": "output.turn_page.from_python",
 }
 
 __all__ = [
@@ -121,6 +124,7 @@ __all__ = [
     "TexvolError",
     "TimeSeries",
     "TransferFunction",
+    "TurnPage",
     "Volume",
     "Workers",
     "__version__",
@@ -138,6 +142,7 @@ __all__ = [
     "raycast_tetrahedra",
     "render",
     "render_progressively",
+    "turn_page",
 ]
 
 

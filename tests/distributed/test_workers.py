@@ -79,7 +79,7 @@ def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, t
 
 
 def test_an_error_is_kept_and_checked(workers: Workers) -> None:
-    pytest.importorskip("numba", reason="needs the oracle: pip install 'texvol[oracle]'")
+    pytest.importorskip("numba", reason="needs the oracle: pip install '.[oracle]'")
     with DistributedRenderer(workers) as several:
         several.render(Scene(VOLUME, FOG, classification="post"), SIZE, max_error=0.01, check=64)
         assert several.check is not None and several.check.pixels == 64
@@ -87,7 +87,7 @@ def test_an_error_is_kept_and_checked(workers: Workers) -> None:
 
 
 def test_exact_pictures_are_those_of_one_process(workers: Workers) -> None:
-    pytest.importorskip("numba", reason="needs the oracle: pip install 'texvol[oracle]'")
+    pytest.importorskip("numba", reason="needs the oracle: pip install '.[oracle]'")
     scene = Scene(VOLUME, FOG, classification="post")
     told: list[float] = []
     assert_array_equal(workers.raycast(scene, (19, 13), told.append), texvol.raycast(scene, (19, 13)))

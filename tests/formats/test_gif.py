@@ -13,8 +13,8 @@ from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
 from texvol.formats.pictures import image
 
-pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
-Image = pytest.importorskip("PIL.Image", reason="GIFs are read with the extra: pip install 'texvol[annotation]'")
+pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install '.[film]'")
+Image = pytest.importorskip("PIL.Image", reason="GIFs are read with the extra: pip install '.[annotation]'")
 
 
 def run(*line: str) -> int:

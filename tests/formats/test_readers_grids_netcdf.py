@@ -17,6 +17,7 @@ from support.refusal import refused
 
 from texvol import InputError, load
 from texvol.cli import information
+from texvol.util.installation import install_command
 
 FORMS = ["NETCDF4", "NETCDF4_CLASSIC", "NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA"]
 Z, Y, X = 30.5 - 4 * np.arange(3.0), -20 + 3 * np.arange(4.0), 10 + 2 * np.arange(5.0)
@@ -286,7 +287,7 @@ def test_the_library_is_asked_for_by_name(tmp_path: Path) -> None:
         "except MissingExtraError as error: print(error)"
     )
     done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, check=True)
-    wanted = f"{path}: reading netCDF needs netCDF4, which is not installed: pip install 'texvol[formats]'"
+    wanted = f"{path}: reading netCDF needs netCDF4, which is not installed: {install_command('formats')}"
     assert done.stdout.strip() == wanted
 
 

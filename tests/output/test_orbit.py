@@ -28,6 +28,7 @@ from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.installation import install_command
 
 SCENE = ["v.npy", "--tf", "fog", "--size", "48x32", "--backend", "auto"]
 
@@ -50,7 +51,7 @@ def files() -> list[str]:
 
 def read_film(name: str) -> tuple[dict, np.ndarray]:
     """What the file says of itself, and its frames, (views, height, width, 3) uint8."""
-    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
+    imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install '.[film]'")
     frames = imageio_ffmpeg.read_frames(name)
     metadata = next(frames)
     width, height = metadata["size"]
@@ -271,7 +272,7 @@ def test_a_missing_encoder_is_said_with_its_extra(
 ) -> None:
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     assert run("render", *SCENE, "--orbit", "3", "-o", "a.mp4") == 2
-    expected = "a film needs imageio-ffmpeg, which is not installed: pip install 'texvol[film]'\n"
+    expected = f"a film needs imageio-ffmpeg, which is not installed: {install_command('film')}\n"
     assert capsys.readouterr().err == f"texvol: error: {expected}"
 
 

@@ -328,7 +328,7 @@ def test_without_numba_the_error_says_what_to_install(project: Project) -> None:
     test = "def test_it(check_picture):\n    check_picture(demo_scene(), 'x', size=(8, 8), oracle=True)\n"
     project.write(conftest="import sys\nsys.modules['numba'] = None\n", test_it=DEMO + test)
     result = project.run_apart()
-    assert result.ret == 1 and "texvol[oracle]" in said(result)
+    assert result.ret == 1 and "[oracle]" in said(result)
 
 
 def test_numbers_in_eight_bits_are_refused(maker: Maker) -> None:

@@ -27,6 +27,7 @@ from texvol.formats.pictures import image
 from texvol.report import check_folder, measuring, words
 from texvol.report.convergence import Asked, ErrorOf, Limits, Measurement, Setting, discretisation_max, total_max
 from texvol.report.error_pictures import decades, false_color
+from texvol.util.installation import install_command
 
 FILES = {"report.html", "report.csv", "report.md", "pareto-max.png", "pareto-rms.png"}
 
@@ -268,7 +269,7 @@ def test_a_missing_library_is_named(
     folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    assert "texvol[report]" in refused(capsys, "no.npy", "-o", folder / "new")
+    assert install_command("report") in refused(capsys, "no.npy", "-o", folder / "new")
 
 
 def test_interrupted_it_leaves_nothing(folder: Path) -> None:

@@ -26,6 +26,7 @@ from texvol.report.survey.page import pictures
 from texvol.report.survey.table import answer, groups, size_of
 from texvol.scene.camera import Camera
 from texvol.util.errors import InputError
+from texvol.util.installation import install_command
 
 NAMES = ("bresenham", "tripod-true", "equal-steps", "fourier-cubic", "wavelets")
 
@@ -150,7 +151,7 @@ def test_a_missing_library_leaves_one_method_out() -> None:
         found = survey(renderer, smooth_scene(), (8, 8), ("wavelets", "tripod"))
     skipped = {each.name: each.skipped for each in found.measurements if each.skipped}
     assert list(skipped) == ["wavelets"]
-    assert "needs PyWavelets, which is not installed: pip install 'texvol[methods]'" in skipped["wavelets"]
+    assert f"needs PyWavelets, which is not installed: {install_command('methods')}" in skipped["wavelets"]
 
 
 @pytest.mark.parametrize("names", ["nothing", "bresenham,", "bresenham,tripods"])

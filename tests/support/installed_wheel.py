@@ -25,7 +25,7 @@ def run(*command: str | Path, cwd: Path) -> str:
 @pytest.fixture(scope="session")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel, built from the source distribution's files as pip would, without the network."""
-    pytest.importorskip("hatchling", reason="the wheel is built with hatchling: pip install 'texvol[test]'")
+    pytest.importorskip("hatchling", reason="the wheel is built with hatchling: pip install '.[test]'")
     folder = tmp_path_factory.mktemp("wheel")
     source = folder / "source"
     source.mkdir()

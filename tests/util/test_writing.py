@@ -28,7 +28,7 @@ def written(path: Path) -> None:
     """Write something of the kind that the name says."""
     if path.suffix in (".mp4", ".gif") or "%" in path.name:
         if path.suffix in (".mp4", ".gif"):
-            pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
+            pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install '.[film]'")
         with film.Writer(path, (32, 32), 3) as writer:
             for _ in range(3):
                 writer.add(PICTURE)
@@ -153,7 +153,7 @@ def test_a_limit_on_the_size_of_files_is_what_the_error_names(tmp_path: Path, na
 @pytest.mark.parametrize("name, most", [("a.mp4", 140_000), ("a.gif", 140_000)])
 def test_a_film_that_outgrows_the_limit_midway_leaves_nothing(tmp_path: Path, name: str, most: int) -> None:
     """There is room for the pictures on their way, and not for the film."""
-    pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
+    pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install '.[film]'")
     noise = np.random.default_rng(1)
     with (
         files_of_at_most(most),
@@ -169,7 +169,7 @@ def test_a_film_that_outgrows_the_limit_midway_leaves_nothing(tmp_path: Path, na
 
 
 def test_an_orbit_under_a_limit_ends_with_one_true_line(tmp_path: Path) -> None:
-    pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install 'texvol[film]'")
+    pytest.importorskip("imageio_ffmpeg", reason="films need the extra: pip install '.[film]'")
     np.save(tmp_path / "v.npy", np.zeros((4, 4, 4), np.float32))
     line = [sys.executable, "-m", "texvol", "render", "v.npy", "--size", "16x16", "--orbit", "3", "-o", "a.mp4"]
     with files_of_at_most(1024):

@@ -220,7 +220,7 @@ def test_what_is_not_saved_is_marked_until_it_is_saved_or_undone(folder: Path) -
 
 @pytest.mark.parametrize("command", ["reset", "frame", "axis +x", "axis -z"])
 def test_views_of_the_whole_leave_annotation_its_room(folder: Path, command: str) -> None:
-    pytest.importorskip("PIL", reason="letters need the extra: pip install 'texvol[annotation]'")
+    pytest.importorskip("PIL", reason="letters need the extra: pip install '.[annotation]'")
     desk = desk_with("ball.npy")
     plain = done(desk, command).view.camera
     legend = Annotation(legend=True)

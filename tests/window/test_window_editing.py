@@ -174,7 +174,7 @@ def test_a_histogram_of_one_value_and_of_missing_ones_is_one() -> None:
 
 
 def test_a_view_that_nobody_changed_makes_room_for_annotation(tmp_path: Path) -> None:
-    pytest.importorskip("PIL", reason="letters need the extra: pip install 'texvol[annotation]'")
+    pytest.importorskip("PIL", reason="letters need the extra: pip install '.[annotation]'")
     np.save(tmp_path / "v.npy", np.arange(27.0).reshape(3, 3, 3))
     size = (400, 300)
     opened = opened_file(str(tmp_path / "v.npy"), size)
@@ -192,7 +192,7 @@ def test_a_view_that_nobody_changed_makes_room_for_annotation(tmp_path: Path) ->
 
 
 def test_looks_of_labels_are_found_in_their_transfer_function_and_make_it_again() -> None:
-    pytest.importorskip("imgui_bundle", reason="the window needs the extra: pip install 'texvol[view]'")
+    pytest.importorskip("imgui_bundle", reason="the window needs the extra: pip install '.[view]'")
     from texvol.scene.transfer.labels import OPACITY, label_function
     from texvol.window.label_looks import look_of
 

@@ -216,7 +216,7 @@ def test_commands_that_there_are_not_are_known_as_such() -> None:
 
 
 def test_keys_are_those_that_a_window_tells_of() -> None:
-    glfw = pytest.importorskip("glfw", reason="the window needs the extra: pip install 'texvol[view]'")
+    glfw = pytest.importorskip("glfw", reason="the window needs the extra: pip install '.[view]'")
     from texvol.window.screen import key_names
 
     assert set(key_names(glfw).values()) == KEYS

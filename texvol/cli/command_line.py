@@ -17,6 +17,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from texvol.cli.completion import add_completion
 from texvol.cli.convert import add_convert
 from texvol.cli.convert_tf import add_convert_tf
 from texvol.cli.demo import add_demo
@@ -54,6 +55,7 @@ _COMMANDS = (
         add_convert_tf,
         add_demo,
         add_presets,
+        add_completion,
     ),
     add_help_command,
 )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
 from texvol.formats.films import film
 from texvol.options import texts
 from texvol.output import sequences
+from texvol.output.turn_page import page as turn_page
+from texvol.output.turn_page.writer import PageWriter
 from texvol.scene.orbit import AXES, Turn
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError
@@ -27,8 +29,13 @@ def add_courses(parser: argparse.ArgumentParser) -> None:
         "Without --eye and --height all views of an orbit have the same framing, and the whole box is visible in each. "
         "--max-error applies to the first view.",
     )
-    views = partial(texts.count, what="views")
-    group.add_argument("--orbit", type=views, metavar="N", help="N views of an orbit, at equal angles")
+    group.add_argument(
+        "--orbit", type=texts.orbit, metavar="N[xROWS]",
+        help="N views of an orbit, at equal angles; 72x9: 72 around at each of 9 elevations",
+    )  # fmt: skip
+    group.add_argument(
+        "--slices", action="store_true", help="axial, coronal and sagittal slices of the volume in a page, in 8 bits"
+    )
     group.add_argument(
         "--orbit-axis", choices=AXES, metavar="AXIS",
         help=f"axis of the orbit: {', '.join(AXES)}: --up (default), what points up in the first picture, to the head "
@@ -64,15 +71,48 @@ def turn_of(arguments: argparse.Namespace) -> Turn | None:
     if arguments.orbit is None:
         return None
     turns = 1.0 if arguments.orbit_turns is None else arguments.orbit_turns
-    return Turn(arguments.orbit_axis or "up", turns)
+    return Turn(arguments.orbit_axis or "up", turns, rows=arguments.orbit[1])
 
 
 def count(arguments: argparse.Namespace, scene_options: SceneOptions) -> int | None:
     """Return the number of views; None for a single picture."""
     if arguments.tour == AUTO:
         return scene_options.tour.pictures(arguments.fps or film.DEFAULT_FPS)
-    number: int | None = arguments.orbit if arguments.tour is None else arguments.tour
+    if arguments.orbit is not None:
+        columns, rows = arguments.orbit
+        return int(columns * rows)
+    number: int | None = arguments.tour
     return number
+
+
+def page(arguments: argparse.Namespace) -> bool:
+    """True if the output is a page that is dragged to turn."""
+    return arguments.output is not None and turn_page.is_page(arguments.output)
+
+
+def check_page(arguments: argparse.Namespace, size: tuple[int, int]) -> None:
+    """Raise InputError if no page can be made of the options, or written."""
+    if arguments.orbit is None:
+        raise InputError(f"{arguments.output}: a page to turn needs --orbit, such as --orbit 72x9")
+    if arguments.orbit_turns is not None:
+        raise InputError("--orbit-turns is of films and pictures: a page goes once around, leave it out")
+    if arguments.fps is not None:
+        raise InputError("--fps is of films: a page turns by hand, leave it out")
+    columns, rows = arguments.orbit
+    turn_page.check(arguments.output, columns * rows, size)
+
+
+def page_writer(arguments: argparse.Namespace, scene: Scene, title: str | None) -> PageWriter | None:
+    """Return the writer of the page that the output is; None of pictures and films."""
+    if not page(arguments):
+        return None
+    return PageWriter(arguments.output, scene, title=title or "", rows=arguments.orbit[1], with_slices=arguments.slices)
+
+
+def said_of_page(stats: Mapping[str, Any], error: float | None) -> tuple[float | None, str]:
+    """Return the estimated error of a page, otherwise `error`; and the end of the last line, on the page's quality."""
+    found = stats.get("orbit", {})
+    return (found["estimated_error_of_first_view"], f", {found['page']}") if "page" in found else (error, "")
 
 
 def rate(arguments: argparse.Namespace, scene_options: SceneOptions) -> float | None:
@@ -102,6 +142,8 @@ def check(arguments: argparse.Namespace, scene_options: SceneOptions) -> None:
     if arguments.orbit is None and (arguments.orbit_axis or arguments.orbit_turns is not None):
         raise InputError("--orbit-axis and --orbit-turns need --orbit N, the number of views")
     turn_of(arguments)
+    if arguments.slices and not page(arguments):
+        raise InputError("--slices needs a page: --orbit 72x9 -o turn.html")
     if arguments.tour is not None and len(scene_options.tour.views) < 2:
         found = len(scene_options.tour.views)
         raise InputError(f"--tour needs at least 2 saved views in --scene ([[saved-view]]), got {found}")

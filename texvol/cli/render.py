@@ -53,6 +53,7 @@ def add_render(commands: Any) -> None:
     options.add_scene_options(parser)
     films = " or ".join(f"film{each}" for each in film_formats.FORMATS)
     names = f"picture: {', '.join(image.FORMATS)}; with --orbit or --tour such as frame_%%04d.png, or {films}"
+    names += ", or a page that is dragged to turn, turn.html"
     parser.add_argument("-o", "--output", metavar="IMAGE", help=names)
     add_depth(parser)
     _add_accuracy(parser)
@@ -170,9 +171,10 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
+    error, page = courses.said_of_page(sequence_stats, error)
     by_default = not any(vars(arguments)[each] for each in _ACCURACY[:3])
     last = summary(scene_options, scene, arguments.output, error, start, by_default=by_default)
-    say("\n".join([*said, *reasons(scene_options, scene), last]))
+    say("\n".join([*said, *reasons(scene_options, scene), last + page]))
 
 
 @contextmanager
@@ -263,7 +265,8 @@ def _draw_frames(
     else:
         kind, frames = courses.frames(arguments, scene, scene_options)
     target = (scene_options.size, _accuracy(arguments), export, arguments.output)
-    how: dict[str, Any] = {"transparent": scene_options.transparent, "fps": courses.rate(arguments, scene_options)}
+    how: dict[str, Any] = {"page": courses.page_writer(arguments, scene, scene_options.annotation.title)}
+    how |= {"transparent": scene_options.transparent, "fps": courses.rate(arguments, scene_options)}
     return {kind: sequences.draw_frames(frames, renderer, *target, **how)}
 
 
@@ -271,6 +274,8 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
     """Raise InputError, before the volume is loaded, if options conflict or an output can't be written."""
     if arguments.output is None:
         _check_plan(arguments)
+    elif courses.page(arguments) and not scene_options.all_times:
+        courses.check_page(arguments, scene_options.size)
     elif not scene_options.all_times:
         film.check_output(arguments.output, courses.count(arguments, scene_options), scene_options.size)
     elif not courses.is_single(arguments) or arguments.depth or arguments.repeat > 1:

@@ -231,6 +231,16 @@ def count(text: str, what: str) -> int:
     return int(text)
 
 
+def orbit(text: str) -> tuple[int, int]:
+    """Return the views around and the rows of "N" or "NxROWS"."""
+    found = re.fullmatch(r"\s*\+?(\d{1,9})\s*(?:[xX×]\s*(\d{1,3})\s*)?", text)
+    columns, rows = (int(found[1]), int(found[2] or 1)) if found else (0, 0)
+    if columns < 1 or rows < 1:
+        form = "a number of views, at least 1, or views around and rows, such as 72x9"
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}")
+    return columns, rows
+
+
 def pixels(text: str) -> int | str:
     """Return a number of pixels, at least 1, or "all"."""
     return ALL if text.strip().lower() == ALL else count(text, "pixels")

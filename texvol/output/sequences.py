@@ -28,6 +28,7 @@ from texvol.util.time_left import TimeLeft
 
 if TYPE_CHECKING:
     from texvol.output.export import PictureExport
+    from texvol.output.turn_page.writer import PageWriter
     from texvol.rendering.renderer import Renderer
 
 _STEPS = 32  # largest number of steps that represent a series
@@ -45,13 +46,10 @@ class Frames:
 
 
 def views(scene: Scene, count: int, name: str, turn: Turn | None = None) -> Frames:
-    """Return an orbit of `count` views around the scene, by default one turn about `up`."""
+    """Return an orbit of `count` views around the scene, all rows together; by default one turn about `up`."""
     assert scene.camera is not None
-    camera = scene.camera
-    turn = turn or Turn()
-    about = turn.direction(camera, scene.volume)
-    turned = (replace(scene, camera=orbit.turned(camera, turn.turns * (360 * i / count), about)) for i in range(count))
-    return Frames(turned, count, "view", name, views=count)
+    cameras = orbit.cameras(scene.camera, count, turn or Turn(), scene.volume)
+    return Frames((replace(scene, camera=each) for each in cameras), count, "view", name, views=count)
 
 
 def tour(scene: Scene, path: Tour, count: int, name: str) -> Frames:
@@ -122,17 +120,20 @@ def draw_frames(
     *,
     transparent: bool = False,
     fps: float | None = None,
+    page: PageWriter | None = None,
 ) -> dict[str, Any]:
-    """Draw and write all pictures; return their entries for `--stats`."""
+    """Draw and write all pictures, or a `page` of them; return their entries for `--stats`."""
     start = after_first = time.perf_counter()
     rate, left = fps or film.default_rate(frames.count), TimeLeft()
     with (
-        film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
+        page or film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
         status_line() as show,
         closing(renderer.frames(frames.scenes, size, count=frames.count, views=frames.views, **accuracy)) as drawn,
     ):
         for number, frame in enumerate(drawn):
             if number == 0:
+                if page is not None:
+                    page.describe(frame.scene, frames.name, renderer.quick_estimate())
                 after_first = time.perf_counter()
             shown = export.of(frame.picture, frame.scene, output)
             metadata = export.metadata(frames.name, frame.scene, output, frame.settings)
@@ -146,4 +147,4 @@ def draw_frames(
         "views": frames.count,
         "seconds": end - start,
         "frames_per_second": (frames.count - 1) / (end - after_first) if frames.count > 1 else None,
-    } | frame.kept.estimate
+    } | (frame.kept.estimate if page is None else page.stats)

@@ -38,6 +38,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.errors import TexvolError
+from texvol.util.installation import install_command
 from texvol.util.package import environment_of_child
 
 MAPPERS = {"VTK GPU": "gpu", "VTK fixed-point": "fixed-point"}
@@ -196,7 +197,7 @@ def _save(folder: Path, scene: Scene, request: dict[str, Any]) -> None:
 def _answers(folder: Path, timeout: float) -> Iterator[dict[str, Any]]:
     """Yield the lines that the other process prints; the process ends with this one."""
     if importlib.util.find_spec("vtkmodules") is None:
-        raise VtkError("VTK is not installed: pip install 'texvol[bench]'")
+        raise VtkError(f"VTK is not installed: {install_command('bench')}")
     with (folder / "errors").open("w+") as errors:
         process = subprocess.Popen(
             [sys.executable, "-m", "texvol.report.vtk_process", str(folder)],

@@ -7,11 +7,14 @@ it, the eye that is turned by an angle θ, counterclockwise as seen from the tip
 
 Height above the target, distance and `up` stay, so that every view is a rotation of the first. About another axis
 through the target, `up` is turned as the eye is.
+
+An orbit of several rows is a grid of views: all columns at one elevation above the plane across the axis, then all at
+the next lower one. Its cameras have the axis as their `up`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,7 +27,9 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
 AXES = ("up", "picture", "head", "x", "y", "z")
+HIGHEST = 80.0  # degrees, elevation of the first of several rows; at 90 there is no direction upwards
 _ANGLES = 360  # at which an orbit about another axis than `up` is looked at to frame it
+_COLUMNS = 36  # the same of each row of several
 
 
 @dataclass(frozen=True)
@@ -38,10 +43,13 @@ class Turn:
         "x", "y", "z": axes of the world.
     turns : float
         Number of turns, counterclockwise as seen from the tip of the axis; clockwise if negative.
+    rows : int
+        Number of elevations, at equal angles from 80 to -80 degrees. A single row has the camera's own elevation.
     """
 
     axis: str = "up"
     turns: float = 1.0
+    rows: int = 1
 
     def __post_init__(self) -> None:
         if self.axis not in AXES:
@@ -49,6 +57,8 @@ class Turn:
         number = isinstance(self.turns, int | float) and not isinstance(self.turns, bool)
         if not number or not 0 < abs(self.turns) <= 1000:
             raise InputError(f"orbit: turns must be a number other than 0, from -1000 to 1000, got {self.turns!r}")
+        if self.rows > 1 and self.turns != 1:
+            raise InputError(f"orbit: several rows need one turn, got {self.turns:g} turns")
 
     def direction(self, camera: Camera, volume: Volume) -> NDArray[np.float64] | None:
         """Return the unit vector of the axis, shape (3); None if it is the camera's `up`.
@@ -68,6 +78,41 @@ class Turn:
         if letters is None:
             raise InputError("orbit: axis head needs a file that says where the head is: choose up, picture, x, y or z")
         return np.array([float(each == "S") - float(each == OPPOSITE["S"]) for each in letters])
+
+
+def cameras(first: Camera, count: int, turn: Turn, volume: Volume) -> Iterator[Camera]:
+    """Yield the cameras of `count` views, row by row; in a single row the first one is `first`."""
+    about = turn.direction(first, volume)
+    if turn.rows == 1:
+        yield from (turned(first, turn.turns * (360 * number / count), about) for number in range(count))
+        return
+    columns = count // turn.rows
+    for elevation in elevations(turn.rows):
+        begin = raised(first, elevation, _axis(first) if about is None else about)
+        yield from (turned(begin, 360 * number / columns) for number in range(columns))
+
+
+def elevations(rows: int) -> list[float]:
+    """Return the elevations of several rows, in degrees."""
+    return [float(each) for each in np.linspace(HIGHEST, -HIGHEST, rows)]
+
+
+def elevation_of(camera: Camera, axis: NDArray[np.float64]) -> float:
+    """Return the elevation of the eye above the plane through the target across the axis, in degrees."""
+    return float(np.degrees(np.arcsin(np.clip(-np.asarray(camera.forward) @ axis, -1, 1))))
+
+
+def raised(camera: Camera, degrees: float, axis: NDArray[np.float64]) -> Camera:
+    """Return the camera at an elevation on its own side of an axis, a unit vector that becomes its `up`."""
+    to_eye = np.subtract(camera.eye, camera.target)
+    level = to_eye - (to_eye @ axis) * axis
+    if np.linalg.norm(level) < 1e-6 * np.linalg.norm(to_eye):  # the eye is on the axis
+        level = -np.sign(to_eye @ axis) * np.asarray(camera.upward)
+        level = level - (level @ axis) * axis
+    level = level / np.linalg.norm(level)
+    angle = np.radians(degrees)
+    offset = np.linalg.norm(to_eye) * (np.cos(angle) * level + np.sin(angle) * axis)
+    return replace(camera, eye=tuple(np.array(camera.target) + offset), up=tuple(axis))
 
 
 def turned(camera: Camera, degrees: float, about: NDArray[np.float64] | None = None) -> Camera:
@@ -105,9 +150,10 @@ def framing(
     # Decides where the camera looks from.
     start = eye if towards is None else tuple(volume.centre + 2 * volume.radius * np.array(towards))
     first = Camera.framing(volume, projection, eye=start, height=height, aspect=aspect, **others)
-    other = None if turn is None else turn.direction(first, volume)
-    if other is not None:
-        framed = _framed_about(first, other, volume, aspect, keeps_height=height is not None)
+    if turn is not None and (turn.rows > 1 or turn.direction(first, volume) is not None):
+        count = _ANGLES if turn.rows == 1 else _COLUMNS * turn.rows
+        views = list(cameras(first, count, replace(turn, turns=1.0), volume))
+        framed = _framed_in(views, first, volume, aspect, keeps_height=height is not None)
         return framed if eye is None else replace(first, height=framed.height)
     axis = _axis(first)
     corners = volume.corners_from_centre + (volume.centre - first.target)
@@ -134,11 +180,8 @@ def framing(
     return first.at_distance(distance) if eye is None else first
 
 
-def _framed_about(
-    first: Camera, axis: NDArray[np.float64], volume: Volume, aspect: float, *, keeps_height: bool
-) -> Camera:
-    """Return the camera from which the whole box stays in the picture in a turn about any axis."""
-    views = [turned(first, 360 * number / _ANGLES, axis) for number in range(_ANGLES)]
+def _framed_in(views: Sequence[Camera], first: Camera, volume: Volume, aspect: float, *, keeps_height: bool) -> Camera:
+    """Return the first camera with the distance, or the height, by which the whole box stays in all views."""
     if first.projection == "perspective":
         return first.at_distance(max(each.fitting_distance(volume, aspect) for each in views))
     about = volume.centre - np.array(first.target)

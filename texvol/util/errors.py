@@ -2,6 +2,7 @@
 
 from numbers import Real
 
+from texvol.util.installation import install_command
 from texvol.util.shown_text import shown
 
 
@@ -37,7 +38,7 @@ class AccuracyWarning(UserWarning):
 
 def missing_extra(library: str, extra: str, purpose: str) -> MissingExtraError:
     """Return the error that says which extra to install, for `raise missing_extra(…) from error`."""
-    return MissingExtraError(f"{purpose} needs {library}, which is not installed: pip install 'texvol[{extra}]'")
+    return MissingExtraError(f"{purpose} needs {library}, which is not installed: {install_command(extra)}")
 
 
 def missing_library(library: str, purpose: str) -> MissingExtraError:
