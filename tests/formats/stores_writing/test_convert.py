@@ -55,7 +55,8 @@ def test_samples_pyramid_and_statistics(tmp_path: Path, dtype: str, zarr_format:
 @pytest.mark.parametrize("zarr_format", [2, 3])
 def test_statistics_are_in_one_file_each(tmp_path: Path, zarr_format: int) -> None:
     """One for each shard makes thousands, which a distant store is asked for one by one."""
-    convert(Volume(field("u1", (22, 27, 81))), tmp_path / "v.zarr", layout=Layout(SMALL.chunk, SMALL.shard, zarr_format))
+    values = field("u1", (22, 27, 81))
+    convert(Volume(values), tmp_path / "v.zarr", layout=Layout(SMALL.chunk, SMALL.shard, zarr_format))
     shards = [each for each in (tmp_path / "v.zarr" / "0").rglob("*") if each.is_file() and "." not in each.name]
     assert len(shards) > 1, "too few shards to tell"
     metadata = {"zarr.json", ".zarray", ".zattrs", ".zgroup"}
