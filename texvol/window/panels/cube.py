@@ -18,6 +18,7 @@ from texvol.window.panels import parts
 
 _EDGE = 25.0  # half of the cube's edge, window coordinates at scale 1
 _MARGIN = 60.0  # from the picture's corner to the cube's middle
+_BUTTONS = 28.0  # height of the buttons of the layout, which are in that corner beside slices
 _REACH = 46.0  # radius of the cube with its corners
 _LEAST = 260.0  # of the picture's sides: in a smaller picture the cube would cover too much
 _CLICK = 4.0  # a mouse that moves less than this, in window coordinates, has clicked
@@ -98,7 +99,8 @@ def _shows(desk: Desk) -> bool:
 def _place(desk: Desk) -> tuple[tuple[float, float], float]:
     """Return the cube's middle and half of its edge, in window coordinates."""
     scale, viewport = parts.scale(), desk.viewport
-    return (viewport.x + viewport.width - _MARGIN * scale, viewport.y + _MARGIN * scale), _EDGE * scale
+    down = _MARGIN + (_BUTTONS if desk.layout.shown else 0.0)
+    return (viewport.x + viewport.width - _MARGIN * scale, viewport.y + down * scale), _EDGE * scale
 
 
 def _at(desk: Desk, point: tuple[float, float]) -> Pick | None:

@@ -54,7 +54,7 @@ def _slider(desk: Desk, *, narrow: bool) -> None:
         right = imgui.calc_text_size(_longest(said)).x + _PACE_WIDTH * scale + imgui.calc_text_size("steps/s").x
         right += (3 if said else 2) * spacing
     imgui.set_next_item_width(-max(right, 1.0))
-    words = f"step %d of 0 to {times.count - 1}" if not narrow else "%d"
+    words = f"step %d (0 to {times.count - 1})" if not narrow else "%d"
     changed, wanted = imgui.slider_int("##time step", times.wanted, 0, times.count - 1, words)
     tips.show("##time step")
     if changed:
