@@ -120,7 +120,7 @@ def test_frames_of_one_file(tmp_path: Path, enhanced: bool) -> None:
 
 @pytest.mark.parametrize("told", ["DiffusionBValue", "EffectiveEchoTime", "DimensionIndexValues"])
 def test_frames_of_one_file_at_the_same_places(tmp_path: Path, told: str) -> None:
-    """Of an enhanced file with two weightings, of which the second one comes first."""
+    """Datasets of an enhanced file with two weightings, the second one first."""
     groups = {"DiffusionBValue": "MRDiffusionSequence", "EffectiveEchoTime": "MREchoSequence"}
     multi_frame(tmp_path / "v.dcm", enhanced=True)
     dataset = pydicom.dcmread(tmp_path / "v.dcm")

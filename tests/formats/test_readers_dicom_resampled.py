@@ -84,7 +84,7 @@ def test_a_linear_field_is_kept_to_the_rounding_of_its_pixels(tmp_path: Path, na
 
 
 def test_the_error_that_is_reported_is_that_at_the_pixels(tmp_path: Path) -> None:
-    """Of a curved field, at an even grid that meets the slices nowhere but at the ends."""
+    """A curved field is resampled on an even grid that meets only the first and the last slice."""
     random = np.random.default_rng(4)
     planes = random.integers(0, 1000, (6, ROWS, COLUMNS)).astype("i2")
     for number, offset in enumerate(PLACES["uneven gaps"][0]):

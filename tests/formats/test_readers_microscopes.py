@@ -127,7 +127,7 @@ def test_a_lif_that_makes_no_sense(tmp_path: Path, content: bytes, reason: str) 
 
 
 class StandIn:
-    """What the library nd2 says of a file: two positions, whose frames have all channels."""
+    """Stand-in for a file of the library nd2: two positions, with all channels in each frame."""
 
     def __init__(self, path: str) -> None:
         self.sizes = {"T": STEPS, "P": 2, "Z": 3, "C": CHANNELS, "Y": 4, "X": 5}

@@ -38,7 +38,7 @@ WAYS = [{"closed": closed, "stops": stops} for closed in (False, True) for stops
 
 
 def quantities(camera: Camera) -> np.ndarray:
-    """What is seen: the axes of the picture, the target, and the logarithm of the height there."""
+    """Axes of the picture, target, and logarithm of the height at the target."""
     far = camera.target_distance if camera.projection == "perspective" else 1.0
     height = np.log(2 * camera.half_height * far)
     return np.concatenate([camera.right, camera.upward, camera.forward, camera.target, [height]])
@@ -60,7 +60,7 @@ def test_the_path_meets_every_view_exactly(cameras: list[Camera], way: dict[str,
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("cameras", [LEVEL, MIXED])
 def test_the_camera_never_jerks(cameras: list[Camera], way: dict[str, bool]) -> None:
-    """Velocity is continuous: from both sides of a view it is the same, and 0 where the camera stops."""
+    """The velocity before a view equals that after it, and is 0 where the camera stops."""
     path, step = tour(cameras, **way), 1e-4
     for time in path.times[1:-1]:
         before, here, after = (quantities(path.at(time + sign * step)) for sign in (-1, 0, 1))

@@ -94,7 +94,7 @@ def test_an_opacity_of_one_is_opaque_and_near_it_is_not(tmp_path: Path) -> None:
 
 
 def noted(make: Any) -> tuple[TransferFunction, str]:
-    """What is read, and the remarks that a command would tell."""
+    """Transfer function of a file, and the remarks that a command would print."""
     remarks.begin()
     return make(), " ".join(remarks.taken())
 

@@ -1,4 +1,4 @@
-"""What installs an extra: from a checkout the checkout, from elsewhere libraries that an index has."""
+"""Commands that install an extra, from a checkout and from a wheel."""
 
 from __future__ import annotations
 

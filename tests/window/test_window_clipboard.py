@@ -50,7 +50,7 @@ def session(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def copied(desk: Desk) -> str:
-    """What the window says in the end."""
+    """Last message of the window."""
     end = time.monotonic() + PATIENCE
     while not said(desk):
         assert time.monotonic() < end, "it never said anything"

@@ -29,7 +29,9 @@ from texvol.window.counting import Counting
 from texvol.window.desk import Desk
 from texvol.window.handles import position_of
 from texvol.window.measure_slices import SliceMap, lines_of
+from texvol.window.slice_views import Plane, SliceView
 from texvol.window.slices import NAMES, slices_of
+from texvol.window.steering import Viewport
 
 SIZE = (60, 40)
 RULER = "ruler 0,0,0 3,4,0"
@@ -291,21 +293,25 @@ def test_the_middle_of_a_box_carries_all_of_it() -> None:
     assert np.linalg.norm(steps[0]) > 0.5
 
 
+def view_of(volume: Volume, name: str, number: int) -> SliceView:
+    plane = Plane.of(volume, slices_of(volume)[name], number)
+    return SliceView.of(Viewport(20, 30, 130, 90), plane, volume, 1.0, None)
+
+
 @pytest.mark.parametrize("direction", DIRECTIONS)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_slice_shows_points_where_its_samples_are(direction: str, name: str) -> None:
     volume = Volume(np.zeros((9, 11, 13), np.uint8), (0.7, 1.3, 2.1), (-4.0, 30.0, 11.0), DIRECTIONS[direction])
     slice_ = slices_of(volume)[name]
     index = np.array((3.0, 4.0, 5.0))
-    start, size = (20.0, 30.0), (130.0, 90.0)
-    seen = SliceMap.of(volume, slice_, int(index[slice_.axis]), start, size)
+    view = view_of(volume, name, int(index[slice_.axis]))
+    seen = SliceMap.of(view, volume, slice_)
     point = volume.origin + volume.world_from_index @ index
-    right, down = slice_.fractions(volume, index)
-    place = start[0] + right * size[0], start[1] + down * size[1]
+    place = view.place(*view.plane.position(point))
     np.testing.assert_allclose(seen.positions(point[np.newaxis])[0], place, atol=1e-9)
     np.testing.assert_allclose(seen.point(*place), point, atol=1e-9)
-    same = SliceMap.through(seen.point, seen.thickness)
-    np.testing.assert_allclose([same.origin, same.right, same.down], [seen.origin, seen.right, seen.down], atol=1e-9)
+    for step, (axis, sign) in ((seen.right, slice_.across), (seen.down, slice_.down)):
+        assert step @ volume.world_from_index[:, axis] * sign > 0
     assert seen.holds(point)
     index[slice_.axis] += 0.51
     assert not seen.holds(volume.origin + volume.world_from_index @ index)
@@ -313,7 +319,7 @@ def test_a_slice_shows_points_where_its_samples_are(direction: str, name: str) -
 
 def test_a_slice_shows_the_outline_in_which_it_cuts_a_box() -> None:
     volume = Volume(np.zeros((20, 20, 20), np.uint8))
-    seen = SliceMap.of(volume, slices_of(volume)["axial"], 7, (0.0, 0.0), (200.0, 200.0))
+    seen = SliceMap.of(view_of(volume, "axial", 7), volume, slices_of(volume)["axial"])
     box = Measure("box", ((2, 3, 5), (8, 13, 9)))
     ends = np.array([each[:2] for each in lines_of(box, seen)]).reshape(-1, 2)
     corner = seen.positions(np.array([(x, y, 7.0) for x in (2, 8) for y in (3, 13)]))

@@ -107,9 +107,6 @@ def test_a_position_in_the_window_is_a_point_of_the_slice(
     assert view.place(*plane.position(point)) == pytest.approx((x, y), abs=1e-6)
     index = volume.index_from_world @ (point - volume.origin)
     assert index[slice_.axis] == pytest.approx(7, abs=1e-9)
-    layout = Layout(volume=volume, slices=slices_of(volume), views={name: view})
-    assert (layout.point_at(x, y) == point).all()
-    assert layout.point_at(9, 25) is None
 
 
 def test_the_zoom_keeps_the_point_under_the_mouse_and_ends() -> None:

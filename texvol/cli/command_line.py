@@ -69,9 +69,7 @@ class _Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         # argparse begins with "argument --size: …"; the option's name alone is enough.
-        found = re.fullmatch(
-            r"unrecognized arguments: (--[\w-]+).*|.*invalid choice: '([^']*)' \(choose from (.*)\)", message
-        )
+        found = re.fullmatch(_UNKNOWN, message)
         near = ""
         if found and found[1]:
             near = did_you_mean(found[1], _options(self))

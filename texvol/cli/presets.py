@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
 _TILE = 240  # pixels
 _COLUMNS = 6
-_RATE = 2.0  # slabs per smallest spacing: a sheet is for a glance
 _LINE = 1.6  # height of a label, in ems
 
 

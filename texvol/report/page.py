@@ -46,13 +46,7 @@ def html(findings: Findings, plots: Plots) -> str:
     return rendered(
         "report.html",
         "texvol.report",
-        filters={
-            "cells": cells,
-            "seconds": words.seconds,
-            "error": words.error,
-            "max_of": words.max_of,
-            "rms_of": words.rms_of,
-        },
+        filters=_FILTERS,
         findings=findings,
         title=f"Speed against error: {', '.join(Path(volume.name).name for volume in scene.volumes)}",
         version=__version__,

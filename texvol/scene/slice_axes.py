@@ -61,15 +61,6 @@ class Slice:
             for fraction in [(index[axis] + 0.5) / volume.dimensions[axis]]
         )
 
-    def moved(self, volume: Volume, index: NDArray[np.float64], right: float, down: float) -> NDArray[np.float64]:
-        """Return the grid index at a position in the picture, in this slice."""
-        result = np.array(index, np.float64)
-        for (axis, sign), fraction in ((self.across, right), (self.down, down)):
-            count = volume.dimensions[axis]
-            fraction = fraction if sign > 0 else 1 - fraction
-            result[axis] = np.clip(fraction * count - 0.5, 0, count - 1)
-        return result
-
 
 def slices_of(volume: Volume) -> dict[str, Slice]:
     """Return the three slices of a volume, by name."""

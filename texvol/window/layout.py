@@ -164,13 +164,6 @@ class Layout:
         self.middle = about + (middle - about) * (self.zoom / zoom)
         self.zoom = zoom
 
-    def point_at(self, x: float, y: float) -> NDArray[np.float64] | None:
-        """Return the world point that a slice shows at a position in the window; None where there is no slice."""
-        for view in self.views.values():
-            if view.rectangle.holds(x, y):
-                return view.point(x, y)
-        return None
-
 
 def rectangles(area: Viewport, large: str, gap: float) -> dict[str, Viewport]:
     """Return the rectangle of each view in an area; sides are whole numbers, at least 1."""

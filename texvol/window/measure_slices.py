@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -14,6 +13,7 @@ from texvol.annotation.view import EDGES
 from texvol.scene.measures.measure import Measure
 from texvol.scene.volume import Volume
 from texvol.window.measure_grips import corners
+from texvol.window.slice_views import SliceView
 from texvol.window.slices import Slice
 
 Numbers = NDArray[np.float64]
@@ -39,27 +39,11 @@ class SliceMap:
     thickness: float
 
     @classmethod
-    def of(cls, volume: Volume, slice_: Slice, number: int, start: tuple[float, float],
-           size: tuple[float, float]) -> SliceMap:  # fmt: skip
-        """Return the map of a slice of a volume in a rectangle of the window, from its upper left corner and size."""
-        index, steps = np.zeros(3), []
-        index[slice_.axis] = number
-        for (axis, sign), length in zip((slice_.across, slice_.down), size, strict=True):
-            count = volume.dimensions[axis]
-            index[axis] = -0.5 if sign > 0 else count - 0.5
-            steps.append(volume.world_from_index[:, axis] * sign * count / max(length, 1e-9))
-        corner = volume.origin + volume.world_from_index @ index
-        right, down = steps
-        across = np.cross(right, down)
-        step = volume.world_from_index[:, slice_.axis]
-        thickness = abs(float(step @ across)) / max(float(np.linalg.norm(across)), 1e-300)
-        return cls(corner - start[0] * right - start[1] * down, right, down, thickness)
-
-    @classmethod
-    def through(cls, point: Callable[[float, float], Numbers], thickness: float) -> SliceMap:
-        """Return the map of a slice given by a function that returns the world point at window coordinates."""
-        origin = point(0.0, 0.0)
-        return cls(origin, point(1.0, 0.0) - origin, point(0.0, 1.0) - origin, thickness)
+    def of(cls, view: SliceView, volume: Volume, slice_: Slice) -> SliceMap:
+        """Return the map of a slice of a volume in a view."""
+        origin = view.point(0.0, 0.0)
+        thickness = abs(float(volume.world_from_index[:, slice_.axis] @ view.plane.normal))
+        return cls(origin, view.point(1.0, 0.0) - origin, view.point(0.0, 1.0) - origin, thickness)
 
     @property
     def normal(self) -> Numbers:

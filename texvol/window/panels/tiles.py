@@ -22,7 +22,7 @@ from texvol.window.measure_slices import SliceMap
 from texvol.window.panels import measure_in_slices, parts
 from texvol.window.slice_layers import Colors, Layer, first_layer, further_layer
 from texvol.window.slice_views import Plane, SliceView
-from texvol.window.slices import NAMES, Slice, letters_of
+from texvol.window.slices import NAMES, letters_of
 from texvol.window.steering import Viewport
 
 # Colours of planes, ABGR without alpha: those of the axes that they are perpendicular to, red, green and blue.
@@ -86,16 +86,11 @@ def slice_in(desk: Desk, document: Document, name: str, rectangle: Viewport) -> 
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button(name, imgui.ImVec2(rectangle.width, rectangle.height), _BUTTONS)
     imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)  # the wheel does not scroll the panel
-    seen = SliceMap.through(view.point, _thickness(scene, plane, slice_))
+    seen = SliceMap.of(view, scene.volume, slice_)
     is_of_measure = measure_in_slices.show(desk, document, seen, name, hovered=imgui.is_item_hovered())
     clicked = not is_of_measure and _mouse(desk, scene, view, name)
     draw.pop_clip_rect()
     return clicked
-
-
-def _thickness(scene: Scene, plane: Plane, slice_: Slice) -> float:
-    """Return the distance of samples across a slice, world units."""
-    return abs(float(scene.volume.world_from_index[:, slice_.axis] @ plane.normal))
 
 
 def layers_of(desk: Desk, scene: Scene, name: str, plane: Plane) -> list[Layer]:
