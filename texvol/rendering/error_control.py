@@ -266,10 +266,9 @@ def estimate_by_finer(
     """Estimate the maximum error of a picture from a finer one.
 
     The finer picture has half the slab thickness, of `post` a quarter, or two slabs per voxel if that is thinner and
-    affordable: samples may
-    lie between thicker slabs, and pictures may agree that nothing is there. If there is no memory for the bricks of
-    that picture, thinner slabs are tried, which need less margin. `draw` takes a scene and a thickness. The estimate is
-    infinite if no finer picture can be drawn.
+    affordable: samples may lie between thicker slabs, and pictures may agree that nothing is there. If there is no
+    memory for the bricks of that picture, thinner slabs are tried, which need less margin. `draw` takes a scene and a
+    thickness. The estimate is infinite if no finer picture can be drawn.
     """
     reference = converging(scene)
     most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
@@ -343,10 +342,9 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        with progress.span(_FORESEEN, forecast.of_foreseeing(scene, size)):
+        with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
             begin = self.foresee(scene, size, settings, wanted).begin
-        if progress.is_heard():
-            progress.expect(forecast.of_search(scene, size, settings, begin.rate, begin.reference))
+        progress.expect(lambda: forecast.of_search(scene, size, settings, begin.rate, begin.reference))
         choice = self._search(scene, size, settings, wanted, begin)
         if not choice.reached:
             warnings.warn(
@@ -363,9 +361,8 @@ class ErrorSearch:
         reference = converging(scene)
 
         def told(rate: float, excess: float) -> None:
-            if progress.is_heard():
-                finer = min(rate * excess ** (1 / _USUAL_ORDER), _FINEST_RATE)
-                progress.expect(forecast.of_search(scene, size, settings, finer, finer))
+            finer = min(rate * excess ** (1 / _USUAL_ORDER), _FINEST_RATE)
+            progress.expect(lambda: forecast.of_search(scene, size, settings, finer, finer))
 
         return thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),

@@ -95,7 +95,7 @@ class PicturesInMemory:
         bricks = sum(len(drawn.textures.bricks) for drawn in drawing.volumes) if len(drawing.volumes) == 1 else 1
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            with progress.part(forecast.of_drawing(scene, size, settings) if progress.is_heard() else 0.0, bricks):
+            with progress.part(lambda: forecast.of_drawing(scene, size, settings), bricks):
                 self.bricks_drawn = draw(self.compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.

@@ -14,6 +14,7 @@ from contextlib import contextmanager
 _CERTAIN = 0.9
 
 Hear = Callable[[float], None]
+Seconds = float | Callable[[], float]  # a function is called only if the progress is heard: a forecast takes time
 
 
 class _Work:
@@ -104,15 +105,19 @@ def heard(hear: Hear, expected: float = 0.0) -> Iterator[None]:
         _current.work = before
 
 
+def _number(seconds: Seconds) -> float:
+    return seconds() if callable(seconds) else seconds
+
+
 def is_heard() -> bool:
     """True if anybody hears the progress."""
     return _current.work is not None
 
 
-def expect(seconds: float) -> None:
+def expect(seconds: Seconds) -> None:
     """Expect so many seconds of work from here on, in place of what was expected before."""
     if _current.work is not None:
-        _current.work.expect(seconds)
+        _current.work.expect(_number(seconds))
 
 
 def advance(seconds: float) -> None:
@@ -122,23 +127,23 @@ def advance(seconds: float) -> None:
 
 
 @contextmanager
-def span(share: float, seconds: float) -> Iterator[None]:
+def span(share: float, seconds: Seconds) -> Iterator[None]:
     """Give the work inside, of about so many seconds, a share of the progress that is left; then expect anew."""
     if _current.work is None:
         yield
         return
-    with _current.work.span(share, seconds):
+    with _current.work.span(share, _number(seconds)):
         yield
 
 
 @contextmanager
-def part(seconds: float, pieces: int = 1) -> Iterator[None]:
+def part(seconds: Seconds, pieces: int = 1) -> Iterator[None]:
     """Do a part of the work of so many seconds, in pieces of the same length, each told by `within`."""
     work = _current.work
     if work is None:
         yield
         return
-    work.begin(seconds, pieces)
+    work.begin(_number(seconds), pieces)
     yield
     work.end()
 
