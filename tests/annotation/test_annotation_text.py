@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 from decimal import Decimal
 from pathlib import Path
@@ -18,6 +19,7 @@ from texvol.annotation.drawing import place_all
 from texvol.annotation.lettering import Lettering, one_line
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, MissingExtraError
+from texvol.util.installation import install_command
 
 SIZE = (300, 200)
 
@@ -87,7 +89,7 @@ def test_a_font_whose_letters_are_damaged_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("missing", ["PIL", "matplotlib"])
 def test_a_missing_library_is_named_with_its_extra(missing: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, missing, None)
-    with pytest.raises(MissingExtraError, match="pip install 'texvol\\[annotation\\]'"):
+    with pytest.raises(MissingExtraError, match=re.escape(install_command("annotation"))):
         check(Annotation(box=True), Scene(crooked(), classification="slab"))
 
 

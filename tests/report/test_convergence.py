@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +29,7 @@ from texvol.report.convergence import (
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.util.installation import install_command
 
 SIZE = (48, 40)
 
@@ -181,7 +183,7 @@ def test_a_sheared_grid_is_refused_for_vtk(renderer: Renderer) -> None:
 def test_without_vtk_the_reason_is_said(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     scene = Scene(smooth_volume(8), FOG, Camera.framing(smooth_volume(8)), classification="slab")
-    with pytest.raises(vtk_mappers.VtkError, match=r"texvol\[bench\]"):
+    with pytest.raises(vtk_mappers.VtkError, match=re.escape(install_command("bench"))):
         list(vtk_mappers.sweep(renderer, scene, SIZE, "VTK GPU", [1.0], Truths(None, None), Limits()))
 
 

@@ -165,5 +165,5 @@ def _default_font() -> Path:
     try:
         import matplotlib
     except ImportError as error:
-        raise missing_extra("matplotlib, whose font is used,", "annotation", "text in a picture") from error
+        raise missing_extra("matplotlib (for its font)", "annotation", "text in a picture") from error
     return Path(matplotlib.get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"
