@@ -104,8 +104,7 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
     viewers = arguments.viewers or 1
     exchange = Exchange(viewers)
     server = closers.enter_context(Server(exchange, address, arguments.token, viewers))
-    if not arguments.quiet:
-        print(f"texvol: the window is at {server.url} until it is closed (ctrl-C)", flush=True)
+    print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
     return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto"))
 
 

@@ -124,7 +124,7 @@ class Server:
         for name in ("view.js", "page.js", "page.css"):
             text = text.replace(f"/* {name} */", (_PAGE / name).read_text("utf-8"))
         policy = (
-            f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src blob:; "
+            f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; img-src blob: data:; "
             "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
         )
         headers = {
