@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from texvol.scene.transfer import TransferFunction
     from texvol.scene.volume import Volume
     from texvol.util.errors import ContextError, InputError, MissingExtraError, TexvolError
+    from texvol.window.remote.notebook import show
 
 # The module of each public name.
 _MODULES = {
@@ -91,6 +92,7 @@ _MODULES = {
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "output.one_picture",
     "render_progressively": "rendering.streaming.progressive",
+    "show": "window.remote.notebook",
 }
 
 __all__ = [
@@ -138,6 +140,7 @@ __all__ = [
     "raycast_tetrahedra",
     "render",
     "render_progressively",
+    "show",
 ]
 
 

@@ -93,8 +93,9 @@ class Viewer:
             frame, number = exchange.frame, self._number + 1
             same = frame.pixels is self._sent.pixels
             is_sharp = exchange.version == self._version or (same and self._is_sharp)
+            kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
             self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
-        content = _packed(number, frame, self._sent, is_sharp=is_sharp)
+        content = _packed(number, frame, self._sent, kind)
         self._sent = frame
         return content
 
@@ -143,18 +144,17 @@ def _events(value: Any) -> list[Event]:
     return events
 
 
-def _packed(number: int, frame: Frame, before: Frame, *, is_sharp: bool) -> bytes:
-    """Return the message of a frame; its picture is left out if the viewer has it."""
+def _packed(number: int, frame: Frame, before: Frame, kind: str) -> bytes:
+    """Return the message of a frame; `kind` is "png", "jpeg", or nothing if the viewer has the picture."""
     head: dict[str, Any] = {
         "frame": number, "size": frame.size, "cursor": frame.cursor, "title": frame.title, "typing": frame.typing,
     }  # fmt: skip
     if frame.copied[0] != before.copied[0]:
         head["copied"] = frame.copied[1]
-    has_picture = frame.pixels is not before.pixels or is_sharp
     content = b""
-    if has_picture:
-        head["type"] = "image/png" if is_sharp else "image/jpeg"
-        content = png(frame) if is_sharp else _jpeg(frame)
+    if kind:
+        head["type"] = f"image/{kind}"
+        content = png(frame) if kind == "png" else _jpeg(frame)
     return json.dumps(head).encode() + b"\n" + content
 
 

@@ -138,6 +138,7 @@ function texvolView(element, send) {
     wheel(e) {
       e.preventDefault();
       const unit = [100, 3, 1][e.deltaMode];
+      move(e.clientX, e.clientY);
       put({kind: "scroll", x: -e.deltaX / unit, y: -e.deltaY / unit, modifiers: modifiers(e)});
     }
   };
