@@ -45,7 +45,7 @@ def test_a_slow_viewer_gets_the_newest_frame_only_and_a_png_at_rest() -> None:
     last = viewer.next()
     assert last is not None
     assert head(last)["type"] == "image/png"
-    name, _, content = last.partition(b"\n")
+    content = last.partition(b"\n")[2]
     with open_png(content) as picture:
         assert np.asarray(picture).tolist() == np.full((2, 3, 3), 40).tolist()
 

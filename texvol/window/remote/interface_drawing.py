@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from imgui_bundle import imgui
 
-from texvol.opengl.shaders import load_program
+from texvol.opengl.shaders import load_program, set_uniforms
 from texvol.window.home import Home
 
 _LEAST = 1 << 16  # bytes of a buffer
@@ -49,7 +49,7 @@ class InterfaceDrawing:
         gl.enable_only(gl.BLEND)
         gl.blend_func = gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ONE, gl.ONE_MINUS_SRC_ALPHA
         gl.blend_equation = gl.FUNC_ADD
-        self._program["window_size"].value = tuple(data.display_size)
+        set_uniforms(self._program, {"window_size": tuple(data.display_size)})
         try:
             for each in data.cmd_lists:
                 self._draw_list(each, data.framebuffer_scale, target)

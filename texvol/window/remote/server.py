@@ -26,6 +26,7 @@ from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.viewer import Viewer
 
 MOST_CONNECTIONS = 64
+_AT_ONCE = 128  # connections that are accepted before they are counted
 _PATIENCE = 10.0  # seconds until a connection has become a viewer's; no page takes longer
 _HEARTBEAT = 10.0  # seconds between questions to a viewer's machine whether it is still there
 _MOST_BYTES = 1 << 17  # of a message
@@ -74,7 +75,7 @@ class Server:
 
     async def _serve(self) -> None:
         server = self._web.Server(self._answer, access_log=None, logger=_quiet())
-        listening = await self._loop.create_server(lambda: self._connected(server), sock=self._socket)
+        listening = await self._loop.create_server(lambda: self._connected(server), sock=self._socket, backlog=_AT_ONCE)
         try:
             await self._stop.wait()
         finally:
@@ -203,7 +204,7 @@ def _listening(address: Address) -> socket.socket:
     reason = ""
     for port in ports:
         try:
-            return socket.create_server((address.host, port), family=_family(address.host), backlog=128)
+            return socket.create_server((address.host, port), family=_family(address.host), backlog=_AT_ONCE)
         except OSError as error:
             reason = reason_of(error)
     raise InputError(f"--serve {address.host}:{address.port}: {reason}")
