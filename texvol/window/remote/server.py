@@ -26,8 +26,9 @@ from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.viewer import Viewer
 
 MOST_CONNECTIONS = 64
-_AT_ONCE = 128  # connections that are accepted before they are counted
-_PATIENCE = 10.0  # seconds until a connection has become a viewer's; no page takes longer
+_AT_ONCE = 128  # connections that wait to be accepted, and are accepted together
+_COUNTED = 1.0  # seconds after which an accepted connection is surely counted
+PATIENCE = 10.0  # seconds until a connection has become a viewer's; no page takes longer
 _HEARTBEAT = 10.0  # seconds between questions to a viewer's machine whether it is still there
 _MOST_BYTES = 1 << 17  # of a message
 BUSY, ENDED, WRONG = 4001, 4002, 4003  # why a websocket was closed; page.js knows them
@@ -50,6 +51,7 @@ class Server:
         self._web = _library()
         self._busy: set[Any] = set()  # protocols of viewers
         self._sockets: set[Any] = set()
+        self._fresh: set[Any] = set()  # protocols that the library may not count yet
         self._pool = ThreadPoolExecutor(viewers, "texvol viewer")
         self._socket = _listening(address)
         self.url = address.url(self._socket.getsockname()[1], token)
@@ -87,15 +89,17 @@ class Server:
 
     def _connected(self, server: Any) -> Any:
         """Return the protocol of a new connection; if there are too many, one that ends it."""
-        if len(server.connections) >= MOST_CONNECTIONS:
+        if len({*server.connections, *self._fresh}) >= MOST_CONNECTIONS:
             return _Refusal()
         protocol = server()
+        self._fresh.add(protocol)
+        self._loop.call_later(_COUNTED, self._fresh.discard, protocol)
 
         def end() -> None:
             if protocol not in self._busy and protocol.transport is not None:
                 protocol.force_close()
 
-        self._loop.call_later(_PATIENCE, end)
+        self._loop.call_later(PATIENCE, end)
         return protocol
 
     async def _answer(self, request: Any) -> Any:
