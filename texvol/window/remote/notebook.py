@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import contextlib
 import json
 import os
@@ -121,6 +122,50 @@ class Window:
                 take(content)
 
 
+class Cells:
+    """Cells that show one window, which starts with the first and ends some time after the last; `send` is the widget's."""
+
+    def __init__(self, window: Window, send: Any) -> None:
+        self.window, self._send = window, send
+        self._views = 0
+
+    def hear(self, message: Any) -> None:
+        """Take a message of a cell."""
+        if not isinstance(message, dict):
+            return
+        if "view" not in message:
+            self.window.send(message)
+        elif message["view"]:
+            self._views += 1
+            self.window.start(self._tell)
+        else:
+            self._views = max(self._views - 1, 0)
+            if not self._views:
+                timer = threading.Timer(_LINGER, self._end_unseen)
+                timer.daemon = True
+                timer.start()
+
+    def _tell(self, content: bytes) -> None:
+        """Send a packed frame, or the error that ended the window."""
+        if content.startswith(b"!"):
+            self._send({"error": content[1:].decode("utf-8", "replace")})
+        else:
+            self._send({}, [content])
+
+    def _end_unseen(self) -> None:
+        if not self._views:
+            self.window.close()
+
+    def bundle(self, shown: Any) -> Any:
+        """Return a widget's MIME bundle with the last picture in it, for places that show no widget."""
+        if not self.window.picture:
+            self.window.picture = first_picture(self.window)._repr_png_()
+        data = shown[0] if isinstance(shown, tuple) else shown
+        if data is not None:
+            data["image/png"] = base64.b64encode(self.window.picture).decode("ascii")
+        return shown
+
+
 @cache
 def _widget_class() -> Any:
     """Return the class of widgets, which is made once anywidget is wanted."""
@@ -139,49 +184,15 @@ def _widget_class() -> Any:
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1])
-            self.window = window
-            self._views = 0
-            self.on_msg(lambda _, message, __: self._hear(message))
-
-        def _hear(self, message: Any) -> None:
-            """Take a message of a cell."""
-            if not isinstance(message, dict):
-                return
-            if "view" in message:
-                self._views += 1 if message["view"] else -1
-                if message["view"]:
-                    self.window.start(self._tell)
-                elif self._views <= 0:
-                    timer = threading.Timer(_LINGER, self._end_unseen)
-                    timer.daemon = True
-                    timer.start()
-            else:
-                self.window.send(message)
-
-        def _tell(self, content: bytes) -> None:
-            """Send a packed frame, or the error that ended the window."""
-            if content.startswith(b"!"):
-                self.send({"error": content[1:].decode("utf-8", "replace")})
-            else:
-                self.send({}, [content])
-
-        def _end_unseen(self) -> None:
-            if self._views <= 0:
-                self.window.close()
+            self.cells = Cells(window, self.send)
+            self.on_msg(lambda _, message, __: self.cells.hear(message))
 
         def _repr_mimebundle_(self, **told: Any) -> Any:
-            """Return the widget, and the last picture for places that show no widget."""
-            bundle = super()._repr_mimebundle_(**told)
-            if not self.window.picture:
-                self.window.picture = first_picture(self.window)._repr_png_()
-            data = bundle[0] if isinstance(bundle, tuple) else bundle
-            if data is not None:
-                data["image/png"] = _text(self.window.picture)
-            return bundle
+            return self.cells.bundle(super()._repr_mimebundle_(**told))
 
         def close(self) -> None:
             """End the window, and close the widget."""
-            self.window.close()
+            self.cells.window.close()
             super().close()
 
     return Widget
@@ -191,9 +202,3 @@ def first_picture(window: Window) -> Picture:
     """Return the picture of a window that no cell has shown yet."""
     with Renderer(window.backend) as renderer:
         return renderer.render(window.scene, window.size)
-
-
-def _text(content: bytes) -> str:
-    import base64
-
-    return base64.b64encode(content).decode("ascii")
