@@ -18,7 +18,7 @@ LEAST_SIDE, MOST_SIDE, MOST_PIXELS, MOST_SCALE = 64, 4096, 1 << 23, 4.0
 
 @dataclass(frozen=True)
 class Frame:
-    """What the window shows.
+    """Picture of the window, and what belongs to it.
 
     Attributes
     ----------

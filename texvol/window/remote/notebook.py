@@ -123,7 +123,7 @@ class Window:
 
 
 class Cells:
-    """Cells that show one window, which starts with the first and ends some time after the last; `send` is the widget's."""
+    """Cells that show one window, which starts with the first and ends after the last; `send` is the widget's."""
 
     def __init__(self, window: Window, send: Any) -> None:
         self.window, self._send = window, send
