@@ -8,6 +8,7 @@ CLOSED_FORMS = "test_closed_forms_drawn.py -k 'case_1 or any_slant'"
 _LINEAR = "test_closed_forms_drawn.py -k 'case_4'"
 _LIT = "test_light_drawn.py -k 'lit_by_the_formula'"
 _OVERLAY = "test_annotation_quick.py -k 'all_of_it'"
+_INTERFACE = "test_window_off_screen.py"
 SHADOWS = "test_shadows.py -k 'falls_off'"
 # The oracle's few rays take less time than compiling it.
 _PROJECTED = "NUMBA_DISABLE_JIT=1 test_projection_drawn.py -k"
@@ -349,5 +350,19 @@ IN_SHADERS = (
         "return encoded;",
         "annotation is blended in sRGB while the picture moves",
         _OVERLAY,
+    ),
+    changed(
+        "interface.vert",
+        "1.0 - 2.0 * position.y",
+        "2.0 * position.y",
+        "a window without a display is upside down",
+        _INTERFACE,
+    ),
+    changed(
+        "interface.frag",
+        "tint * texture",
+        "texture",
+        "a window without a display has no colours",
+        _INTERFACE,
     ),
 )

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from texvol.scene.transfer import TransferFunction
     from texvol.scene.volume import Volume
     from texvol.util.errors import ContextError, InputError, MissingExtraError, TexvolError
+    from texvol.window.remote.notebook import show
 
 # The module of each public name.
 _MODULES = {
@@ -93,6 +94,7 @@ _MODULES = {
     "raycast_tetrahedra": "ray_casting.tetrahedra",
     "render": "output.one_picture",
     "render_progressively": "rendering.streaming.progressive",
+    "show": "window.remote.notebook",
     "turn_page": "output.turn_page.from_python",
 }
 
@@ -142,6 +144,7 @@ __all__ = [
     "raycast_tetrahedra",
     "render",
     "render_progressively",
+    "show",
     "turn_page",
 ]
 

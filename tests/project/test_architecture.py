@@ -35,6 +35,7 @@ HEAVY = {
     *("numba", "scipy", "matplotlib", "nrrd", "nibabel", "SimpleITK", "pydicom", "tifffile", "imagecodecs", "mrcfile"),
     *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "distributed", "xarray"),
     *("trimesh", "skimage", "meshio", "h5py", "pywt", "zarr", "tensorstore"),
+    *("aiohttp", "anywidget", "ipywidgets", "PIL"),
     *("astropy", "segyio", "nd2", "readlif", "pylibCZIrw"),
 }
 

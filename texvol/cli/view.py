@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -35,6 +37,14 @@ def add_view(commands: Any) -> None:
     )
     window.add_argument("--frame-rate", type=texts.frames_per_second, metavar="F", help="target while moving (30)")
     window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="panels in the window")
+    served = parser.add_argument_group("window in a browser")
+    served.add_argument(
+        "--serve", nargs="?", const="", metavar="HOST:PORT", help="show the window in a browser (127.0.0.1:8765)"
+    )
+    served.add_argument("--token", metavar="TEXT", help="token of its address, instead of a random one")
+    viewers = partial(texts.count, what="viewers")
+    served.add_argument("--viewers", type=viewers, metavar="N", help="browsers that may look at it at once (1)")
+    served.add_argument("--backend", choices=("auto", "egl", "osmesa"), help="OpenGL library that draws it (auto)")
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
@@ -56,13 +66,46 @@ def run(arguments: argparse.Namespace) -> None:
         image.check_writable(arguments.screenshot)
     from texvol.window.interruption import Interruption
 
-    with Interruption() as interruption:
+    served = _served(arguments)
+    with Interruption() as interruption, contextlib.ExitStack() as closers:
         plan = _plan(arguments, interruption.check)
         from texvol.window.application import Application
 
+        if served is not None:
+            plan = _at(served, plan, arguments, closers)
         interruption.check()
         with Application(plan) as application:
             application.run()
+
+
+def _served(arguments: argparse.Namespace) -> Any:
+    """Return the address at which the window is to be served, None if it is a window of this machine's display."""
+    from texvol.util.errors import InputError
+    from texvol.window.remote.address import address, is_address, token
+
+    if arguments.serve is None:
+        for name in ("token", "viewers", "backend"):
+            if getattr(arguments, name) is not None:
+                raise InputError(f"--{name} is of a window in a browser: give --serve with it")
+        return None
+    if not is_address(arguments.serve) and arguments.volume is None:
+        arguments.volume, arguments.serve = arguments.serve, ""  # texvol view --serve VOLUME
+    found = address(arguments.serve)
+    arguments.token = token(arguments.token)
+    return found
+
+
+def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: contextlib.ExitStack) -> Any:
+    """Return a plan whose window is served at an address."""
+    from texvol.window.remote.exchange import Exchange
+    from texvol.window.remote.off_screen import OffScreen
+    from texvol.window.remote.server import Server
+
+    viewers = arguments.viewers or 1
+    exchange = Exchange(viewers)
+    server = closers.enter_context(Server(exchange, address, arguments.token, viewers))
+    print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
+    return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto"))
 
 
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:

@@ -17,6 +17,7 @@ from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.document import Document
 from texvol.window.events import Event, Queue
+from texvol.window.home import Home
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
 from texvol.window.playing import follow as follow_time
@@ -51,6 +52,8 @@ class Plan:
         frame waits until the picture is at rest.
     screenshot, timings, record : str, optional
         Files to write: a screenshot at the end, the table of frame times, the recorded input.
+    home : callable
+        Makes the screen of the window from its size, its title, and the receiver of its events.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
     """
@@ -67,6 +70,7 @@ class Plan:
     frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
     max_error: float = DEFAULT_ERROR
     slicing: str = "stacks"
+    home: Callable[[tuple[int, int], str, Callable[[Event], None]], Home] = Screen
     check: Callable[[], None] = lambda: None
 
     @property
@@ -90,7 +94,8 @@ class Application:
             self._recorder = Recorder(plan.record) if plan.record else None
             if self._recorder:
                 self._closers.callback(self._recorder.close)
-            screen = self._screen = Screen((width, plan.size[1]), "texvol", self._queue.put)
+            screen: Home = plan.home((width, plan.size[1]), "texvol", self._queue.put)
+            self._screen = screen
             self._closers.callback(screen.close)
             if plan.panels and screen.scale > 1:  # on a scaled monitor the panels' text and width are scaled alike
                 screen.resize((plan.size[0] + round(beside * screen.scale), plan.size[1]))
@@ -104,7 +109,7 @@ class Application:
             self.close()
             raise
         self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, screen.copy)
-        self._desk.textures = Textures(screen.gl)
+        self._desk.textures = Textures(screen)
         self._closers.callback(self._desk.close)
         self._desk.is_played = is_played
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
@@ -156,7 +161,7 @@ class Application:
     def _size_to_keep(self) -> tuple[int, int] | None:
         """Return the size of the picture if the user has changed that of the window."""
         desk, viewport = self._desk, self._desk.viewport
-        same = self._screen.size == self._first_size or desk.preferences.fullscreen
+        same = self._screen.size == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
         return None if same else (round(viewport.width), round(viewport.height))
 
     def frame(self) -> None:

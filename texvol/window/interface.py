@@ -1,4 +1,4 @@
-"""Dear ImGui in the window of a Screen: set-up, input events, drawing, release.
+"""Dear ImGui in a window: set-up, input events, drawing, release.
 
 Dear ImGui's own GLFW back end is not used, because it would not receive the events that a script plays back.
 """
@@ -13,7 +13,7 @@ import imgui_bundle
 from imgui_bundle import imgui, implot
 
 from texvol.window.events import BUTTONS, Event
-from texvol.window.screen import Screen
+from texvol.window.home import Home
 
 FONT_SIZE = 15.0
 _FONT = Path(imgui_bundle.__file__).parent / "assets/fonts/DroidSans.ttf"
@@ -30,7 +30,7 @@ _NAMES = {
 class Interface:
     """Dear ImGui context of one window."""
 
-    def __init__(self, screen: Screen) -> None:
+    def __init__(self, screen: Home) -> None:
         self._screen = screen
         self._context = imgui.create_context()
         self._plots = implot.create_context()
@@ -40,7 +40,7 @@ class Interface:
         io.mouse_double_click_time = 0.45  # seconds: each press is a frame of its own, and frames may be slow
         io.config_input_trickle_event_queue = False  # `Queue.take` divides events among frames, and more finely
         io.backend_flags |= imgui.BackendFlags_.has_mouse_cursors.value
-        imgui.backends.opengl3_init("#version 330")
+        self._drawing = screen.drawing() or _OwnDrawing()
         platform = imgui.get_platform_io()
         platform.platform_get_clipboard_text_fn = lambda _: screen.clipboard
         platform.platform_set_clipboard_text_fn = lambda _, text: screen.copy(text)
@@ -63,22 +63,38 @@ class Interface:
         self._before = now
         for event in events:
             _feed(io, event)
-        imgui.backends.opengl3_new_frame()
+        self._drawing.begin()
         imgui.new_frame()
 
     def end(self) -> None:
         """Draw the frame."""
         self._screen.cursor(str(imgui.MouseCursor_(imgui.get_mouse_cursor()).name))
         imgui.render()
-        imgui.backends.opengl3_render_draw_data(imgui.get_draw_data())
+        self._drawing.draw(imgui.get_draw_data())
 
     def close(self) -> None:
         """Release the context; call it while the screen's OpenGL context exists."""
         platform = imgui.get_platform_io()
         platform.platform_get_clipboard_text_fn = platform.platform_set_clipboard_text_fn = None
-        imgui.backends.opengl3_shutdown()
+        self._drawing.close()
         implot.destroy_context(self._plots)
         imgui.destroy_context(self._context)
+
+
+class _OwnDrawing:
+    """Dear ImGui's own renderer, which draws into the window."""
+
+    def __init__(self) -> None:
+        imgui.backends.opengl3_init("#version 330")
+
+    def begin(self) -> None:
+        imgui.backends.opengl3_new_frame()
+
+    def draw(self, data: Any) -> None:
+        imgui.backends.opengl3_render_draw_data(data)
+
+    def close(self) -> None:
+        imgui.backends.opengl3_shutdown()
 
 
 def _feed(io: Any, event: Event) -> None:

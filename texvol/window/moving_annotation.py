@@ -36,7 +36,7 @@ class MovingAnnotation:
         parts = self._known[1]
         texture = textures.texture("moving", number, lambda: shown.pixels)
         before = gl.viewport
-        gl.screen.use()
+        textures.target.use()
         gl.viewport = corner[0], before[3] - corner[1] - size[1], *size
         self._overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
         gl.viewport = before

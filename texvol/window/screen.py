@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from texvol.opengl.contexts import trial
 from texvol.util.errors import InputError, missing_extra
 from texvol.window.events import BUTTONS, Event
+from texvol.window.home import Home
 
 CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": "HAND_CURSOR"}
 _NO_WINDOW = "to draw without a window, use: texvol render VOLUME -o IMAGE"
@@ -47,6 +48,8 @@ class Screen:
     ContextError
         If the driver would end the process.
     """
+
+    is_remote = False
 
     def __init__(self, size: tuple[int, int], title: str, put: Callable[[Event], None]) -> None:
         glfw = self._glfw = _library()
@@ -173,6 +176,14 @@ class Screen:
         self.gl.viewport = (0, 0, *self.pixels)
         self.gl.clear(*color, 1.0)
 
+    @property
+    def target(self) -> Any:
+        """Framebuffer that is drawn into."""
+        return self.gl.screen
+
+    def drawing(self) -> None:
+        """Return None: Dear ImGui's own renderer draws into a window of GLFW."""
+
     def read(self) -> NDArray[np.uint8]:
         """Return the drawn frame, shape (height, width, 3), top row first; call it before `swap`."""
         width, height = self.pixels
@@ -244,9 +255,15 @@ class Screen:
 class Textures:
     """Textures by name, uploaded again if they have changed."""
 
-    def __init__(self, gl: Any) -> None:
-        self.gl = gl
+    def __init__(self, home: Home) -> None:
+        self._home = home
+        self.gl = home.gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
+
+    @property
+    def target(self) -> Any:
+        """Framebuffer of the window."""
+        return self._home.target
 
     def get(self, name: str, key: Any, make: Callable[[], NDArray[np.uint8]], *, nearest: bool = False) -> int:
         """Return the OpenGL name of a texture, see `texture`."""

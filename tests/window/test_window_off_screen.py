@@ -1,0 +1,50 @@
+"""The screen of a window without a display draws what Dear ImGui lists, where and in the colour that it says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from imgui_bundle import imgui
+
+from texvol.window.events import Event
+from texvol.window.interface import Interface
+from texvol.window.remote.exchange import Exchange
+from texvol.window.remote.off_screen import OffScreen
+from texvol.window.screen import Textures
+
+
+@pytest.mark.parametrize("backend", ["egl", "osmesa"])
+def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> None:
+    exchange, heard = Exchange(), list[Event]()
+    screen = OffScreen(exchange, backend, (40, 30), "window", heard.append)
+    try:
+        interface = Interface(screen)
+        textures = Textures(screen)
+        pictured = np.arange(5 * 4 * 3, dtype=np.uint8).reshape(5, 4, 3)
+        exchange.ask_size(object(), (48, 32, 1))  # of nobody that looks
+        screen.wait(0)
+        assert (screen.size, heard) == ((40, 30), [])
+        screen.resize((48, 32))
+        for _ in range(2):  # letters are made in the first frame
+            interface.begin([])
+            drawn = imgui.get_background_draw_list()
+            drawn.add_rect_filled(imgui.ImVec2(2, 3), imgui.ImVec2(12, 8), 0xFF_30_20_10)
+            texture = imgui.ImTextureRef(textures.get("picture", 1, lambda: pictured))
+            drawn.add_image(texture, imgui.ImVec2(20, 10), imgui.ImVec2(24, 15))
+            drawn.add_text(imgui.ImVec2(28, 8), 0xFF_FF_FF_FF, "o")
+            screen.clear((0.0, 0.0, 1.0))
+            interface.end()
+            screen.check()
+        seen = screen.read().astype(int)
+        interface.close()
+    finally:
+        screen.close()
+    assert seen.shape == (32, 48, 3)
+    assert (seen[3:8, 2:12] == (0x10, 0x20, 0x30)).all()
+    assert (seen[10:15, 20:24] == pictured).all()
+    letter = seen[8:24, 28:40]
+    assert letter[..., 0].max() > 128
+    assert (letter[..., 2] == 255).all()  # white over blue
+    rest = np.ones((32, 48), bool)
+    rest[3:8, 2:12] = rest[10:15, 20:24] = rest[8:24, 28:40] = False
+    assert (seen[rest] == (0, 0, 255)).all()

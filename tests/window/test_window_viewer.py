@@ -1,0 +1,121 @@
+"""A viewer of a window in a browser: the newest frame only, whatever it sends, and the buttons that it leaves down."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from texvol.util.errors import InputError
+from texvol.window.events import Event
+from texvol.window.remote.exchange import MOST_EVENTS, MOST_PIXELS, Exchange
+from texvol.window.remote.viewer import Viewer
+
+
+def frame(gray: int, size: tuple[int, int] = (3, 2)) -> dict[str, Any]:
+    return {"pixels": bytes([gray]) * (3 * size[0] * size[1]), "size": size}
+
+
+def head(content: bytes | None) -> dict[str, Any]:
+    assert content is not None
+    return dict(json.loads(content.partition(b"\n")[0]))
+
+
+def test_a_slow_viewer_gets_the_newest_frame_only_and_a_png_at_rest() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    exchange.show(**frame(10))
+    first = head(viewer.next())
+    assert (first["frame"], first["type"]) == (1, "image/jpeg")
+    for gray in (20, 30, 40):
+        exchange.show(**frame(gray))
+    waiting = threading.Thread(target=lambda: seen.append(viewer.next()))
+    seen: list[bytes | None] = []
+    waiting.start()
+    waiting.join(0.3)
+    assert not seen, "the first frame has not been drawn yet"
+    viewer.receive('{"drawn": 1}')
+    waiting.join(10)
+    assert head(seen[0])["type"] == "image/jpeg"
+    viewer.receive('{"drawn": 2}')
+    last = viewer.next()
+    assert last is not None
+    assert head(last)["type"] == "image/png"
+    content = last.partition(b"\n")[2]
+    with open_png(content) as picture:
+        assert np.asarray(picture).tolist() == np.full((2, 3, 3), 40).tolist()
+
+
+def open_png(content: bytes) -> Image.Image:
+    import io
+
+    return Image.open(io.BytesIO(content))
+
+
+def test_a_frame_that_changes_nothing_is_not_sent_and_a_cursor_needs_no_picture() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    exchange.show(**frame(10))
+    viewer.next()
+    viewer.receive('{"drawn": 1}')
+    assert head(viewer.next())["type"] == "image/png"
+    before = exchange.version
+    exchange.show(**frame(10))
+    assert exchange.version == before
+    exchange.show(cursor="hand")
+    viewer.receive('{"drawn": 2}')
+    assert "type" not in head(viewer.next())
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "", "{", "7", "[]", "[" * 100_000, '{"else": 1}', '{"drawn": 1}', '{"drawn": "1"}', '{"size": [1, 2]}',
+        '{"size": [1, NaN, 1]}', '{"size": [1e999, 1, 1]}', '{"paste": 3}', '{"events": {}}', '{"events": [3]}',
+        '{"events": [{"kind": "drop", "names": ["/etc/passwd"]}]}', '{"events": [{"kind": "close"}]}',
+        '{"events": [{"kind": "resize", "x": 1e5, "y": 1e5}]}', '{"events": [{"kind": "move", "x": NaN}]}',
+        '{"events": [{"kind": "key", "name": "no such key"}]}', '{"events": [{"kind": "move", "__class__": 1}]}',
+        '{"events": [{"kind": "text", "name": "' + "x" * 1000 + '"}]}',
+        '{"events": [' + ",".join(['{"kind": "focus"}'] * 300) + "]}",
+    ],
+)  # fmt: skip
+def test_a_message_that_is_not_valid_is_refused_and_changes_nothing(message: str) -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    with exchange.viewed(viewer), pytest.raises(InputError):
+        viewer.receive(message)
+    assert exchange.wait(0) == []
+    assert exchange.wanted is None
+
+
+def test_more_events_than_a_hand_makes_are_refused() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    many = json.dumps({"events": [{"kind": "key", "name": "a", "down": True}] * 256})
+    with pytest.raises(InputError, match="too many events wait"):
+        for _ in range(MOST_EVENTS // 256 + 1):
+            viewer.receive(many)
+    assert len(exchange.wait(0)) == MOST_EVENTS
+
+
+def test_a_viewer_that_leaves_lets_go_of_what_it_holds_and_makes_room_for_another() -> None:
+    exchange = Exchange()
+    viewer, other = Viewer(exchange), Viewer(exchange)
+    with exchange.viewed(viewer) as welcome:
+        assert welcome
+        viewer.receive('{"size": [100, 1e9, 9], "events": [{"kind": "button", "name": "left", "down": true}]}')
+        assert exchange.wanted == (100, 4096, 4.0)
+        viewer.receive('{"size": [1e9, 1e9, 0]}')
+        assert exchange.wanted == (4096, MOST_PIXELS // 4096, 1.0)
+        with exchange.viewed(other) as refused:
+            assert not refused
+        viewer.leave()
+        assert viewer.next() is None
+    assert exchange.wait(0)[1:] == [Event("button", name="left"), Event("focus")]
+    with exchange.viewed(other) as welcome:
+        assert welcome
+    assert not exchange.watched

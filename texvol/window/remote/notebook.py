@@ -1,0 +1,204 @@
+"""`texvol.show`: the window in a cell of a notebook, or a picture."""
+
+from __future__ import annotations
+
+import base64
+import contextlib
+import json
+import os
+import subprocess
+import sys
+import threading
+from functools import cache
+from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from typing import Any
+
+from texvol.output.one_picture import ACCURACY, scene_of
+from texvol.rendering.picture import Picture
+from texvol.rendering.renderer import Renderer
+from texvol.scene.scene import Scene
+from texvol.util.errors import InputError, missing_extra
+from texvol.util.package import environment_of_child
+from texvol.window.stand_in import with_stand_ins
+
+_PATIENCE = 2.0  # seconds to wait for the end of a process that was told to end
+_LINGER = 10.0  # seconds that a window stays when no cell shows it: a notebook that is reloaded shows it again
+_PAGE = Path(__file__).parent / "page"
+
+
+def show(
+    what: Any,
+    size: Any = None,
+    *,
+    interactive: bool = True,
+    panels: bool = False,
+    backend: str = "auto",
+    **how: Any,
+) -> Any:
+    """Return a widget that shows the window of `texvol view` in a notebook, or a picture.
+
+    Parameters
+    ----------
+    what : Scene, Volume, path, array, or image of xarray, nibabel, SimpleITK, pyvista or VTK
+    size : (width, height) or int, optional
+        Pixels of the page; that of the scene file or 512 x 512 by default.
+    interactive : bool
+        False: return the picture that `texvol.render` returns.
+    panels : bool
+        True: show the panels beside the picture, as the key tab does.
+    backend : "auto", "egl" or "osmesa"
+    how
+        As of `texvol.render`; accuracy, such as `max_error`, is of a picture only.
+
+    Raises
+    ------
+    InputError
+        In the cases in which `texvol.render` raises it.
+    MissingExtraError
+        If the widget needs a library that is not installed.
+    """
+    accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
+    if interactive:
+        if accuracy:
+            raise InputError(f"{min(accuracy)} is of a picture: give interactive=False with it")
+        _widget_class()  # reports what is missing before anything is read
+    scene, pixels = scene_of(what, size, **how)
+    if not interactive:
+        with Renderer(backend) as renderer:
+            return renderer.render(scene, pixels, **accuracy)
+    name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else str(scene.volume.name or "volume")
+    return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
+
+
+class Window:
+    """Process of one window; it is started by `start`, and ends with `close`, or when nobody holds this object."""
+
+    def __init__(self, scene: Scene, size: tuple[int, int], name: str, *, panels: bool, backend: str) -> None:
+        self.scene, self.size, self.backend = scene, size, backend
+        self._told: dict[str, Any] = {"scene": scene, "size": size, "name": name, "panels": panels, "backend": backend}
+        self._process: subprocess.Popen[bytes] | None = None
+        self._connection: Connection | None = None
+        self.picture = b""  # PNG of the last frame that was at rest
+
+    def start(self, take: Any) -> None:
+        """Start the process; `take` is called with each packed frame, on another thread."""
+        if self._process is not None and self._process.poll() is None:
+            return
+        self._connection, theirs = Pipe()
+        with theirs:
+            code = f"from texvol.window.remote import child; child.serve({theirs.fileno()})"
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-c", code], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                env=environment_of_child(), pass_fds=(theirs.fileno(),),
+            )  # fmt: skip
+        self._connection.send(self._told)
+        told: tuple[Any, ...] = (self._connection, take)
+        threading.Thread(target=self._listen, args=told, daemon=True, name="texvol window").start()
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Send a message of the viewer; one to a window that is closed is dropped."""
+        with contextlib.suppress(OSError):
+            if self._connection is not None:
+                self._connection.send_bytes(json.dumps(message).encode())
+
+    def close(self) -> None:
+        """End the process."""
+        process, self._process, self._connection = self._process, None, None  # the listener closes the connection
+        if process is not None:
+            process.terminate()
+            try:
+                process.wait(_PATIENCE)
+            except subprocess.TimeoutExpired:
+                process.kill()
+                process.wait(_PATIENCE)
+
+    def _listen(self, connection: Connection, take: Any) -> None:
+        with contextlib.suppress(EOFError, OSError), connection:
+            while content := connection.recv_bytes():
+                head, _, picture = content.partition(b"\n")
+                if b'"image/png"' in head and not content.startswith(b"!"):
+                    self.picture = picture
+                take(content)
+
+
+class Cells:
+    """Cells that show one window, which starts with the first and ends after the last; `send` is the widget's."""
+
+    def __init__(self, window: Window, send: Any) -> None:
+        self.window, self._send = window, send
+        self._views = 0
+
+    def hear(self, message: Any) -> None:
+        """Take a message of a cell."""
+        if not isinstance(message, dict):
+            return
+        if "view" not in message:
+            self.window.send(message)
+        elif message["view"]:
+            self._views += 1
+            self.window.start(self._tell)
+        else:
+            self._views = max(self._views - 1, 0)
+            if not self._views:
+                timer = threading.Timer(_LINGER, self._end_unseen)
+                timer.daemon = True
+                timer.start()
+
+    def _tell(self, content: bytes) -> None:
+        """Send a packed frame, or the error that ended the window."""
+        if content.startswith(b"!"):
+            self._send({"error": content[1:].decode("utf-8", "replace")})
+        else:
+            self._send({}, [content])
+
+    def _end_unseen(self) -> None:
+        if not self._views:
+            self.window.close()
+
+    def bundle(self, shown: Any) -> Any:
+        """Return a widget's MIME bundle with the last picture in it, for places that show no widget."""
+        if not self.window.picture:
+            self.window.picture = first_picture(self.window)._repr_png_()
+        data = shown[0] if isinstance(shown, tuple) else shown
+        if data is not None:
+            data["image/png"] = base64.b64encode(self.window.picture).decode("ascii")
+        return shown
+
+
+@cache
+def _widget_class() -> Any:
+    """Return the class of widgets, which is made once anywidget is wanted."""
+    try:
+        import anywidget
+        import PIL.Image  # noqa: F401 (packs frames)
+        import traitlets
+    except ModuleNotFoundError as error:
+        raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
+
+    class Widget(anywidget.AnyWidget):
+        """Window in a cell; `close()` ends it."""
+
+        _esm = (_PAGE / "view.js").read_text("utf-8") + (_PAGE / "widget.js").read_text("utf-8")
+        width, height = traitlets.Int().tag(sync=True), traitlets.Int().tag(sync=True)
+
+        def __init__(self, window: Window) -> None:
+            super().__init__(width=window.size[0], height=window.size[1])
+            self.cells = Cells(window, self.send)
+            self.on_msg(lambda _, message, __: self.cells.hear(message))
+
+        def _repr_mimebundle_(self, **told: Any) -> Any:
+            return self.cells.bundle(super()._repr_mimebundle_(**told))
+
+        def close(self) -> None:
+            """End the window, and close the widget."""
+            self.cells.window.close()
+            super().close()
+
+    return Widget
+
+
+def first_picture(window: Window) -> Picture:
+    """Return the picture of a window that no cell has shown yet."""
+    with Renderer(window.backend) as renderer:
+        return renderer.render(window.scene, window.size)

@@ -1,0 +1,184 @@
+"""One viewer of a window: its messages become events, and the newest frame becomes a JPEG or, at rest, a PNG.
+
+Only one frame is under way: the next is packed once the viewer has said that it has drawn the last, and it is the
+newest one then. So a slow line shows fewer frames, and no old ones.
+
+A packed frame is a line of JSON, and the picture. A message of the viewer is a JSON object with some of these keys:
+
+    drawn    number of the frame that it has drawn
+    size     [width, height, scale] of its page, in pixels
+    events   list of events, as texvol.window.events writes them
+    paste    text of its clipboard
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import time
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from texvol.formats.pictures import quick_png
+from texvol.util.errors import InputError
+from texvol.window.events import Event
+from texvol.window.remote.exchange import Exchange, Frame
+
+SETTLED = 0.15  # seconds without another frame, after which the last one is sent again as a PNG
+_QUALITY = 85  # of a JPEG
+_KINDS = {"move", "button", "scroll", "key", "text", "focus"}  # others, such as files dropped, are none of a viewer's
+_MOST_AT_ONCE, _MOST_LETTERS, _MOST_PASTED = 256, 64, 1 << 16
+_KEYS = {"drawn", "size", "events", "paste"}
+
+
+class Viewer:
+    """Messages of one viewer, and frames for it."""
+
+    def __init__(self, exchange: Exchange) -> None:
+        self._exchange = exchange
+        self._gone = False
+        self._number = 0  # of the frame sent last
+        self._drawn = 0  # of the frame drawn last
+        self._version, self._is_sharp = -1, False
+        self._sent = Frame()
+        self._held: dict[tuple[str, str], Event] = {}  # buttons and keys that are down
+
+    def receive(self, text: str) -> None:
+        """Take a message.
+
+        Raises
+        ------
+        InputError
+            If it is not valid.
+        """
+        message = _parsed(text)
+        if "drawn" in message:
+            self._acknowledge(message["drawn"])
+        if "size" in message:
+            self._exchange.ask_size(self, _size(message["size"]))
+        if "paste" in message:
+            if not isinstance(message["paste"], str):
+                raise InputError("paste must be a text")
+            self._exchange.pasted = message["paste"][:_MOST_PASTED]
+        if "events" in message:
+            events = _events(message["events"])
+            for event in events:
+                if event.kind in ("button", "key"):
+                    self._held.pop((event.kind, event.name), None)
+                    if event.down:
+                        self._held[event.kind, event.name] = event
+            if not self._exchange.put(events):
+                raise InputError("too many events wait")
+
+    def leave(self) -> None:
+        """End `next`, and let go of the buttons and keys that are down."""
+        released = [Event(each.kind, name=each.name) for each in self._held.values()]
+        self._held.clear()
+        self._exchange.put([*released, Event("focus", down=False)])
+        with self._exchange.changed:
+            self._gone = True
+            self._exchange.changed.notify_all()
+
+    def next(self) -> bytes | None:
+        """Wait for a frame that is to be sent, and return it packed; None if viewer or window have gone."""
+        exchange = self._exchange
+        with exchange.changed:
+            while (left := self._due()) > 0:
+                exchange.changed.wait(None if math.isinf(left) else left)
+            if self._gone or exchange.ended:
+                return None
+            frame, number = exchange.frame, self._number + 1
+            same = frame.pixels is self._sent.pixels
+            is_sharp = exchange.version == self._version or (same and self._is_sharp)
+            kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
+            self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
+        content = _packed(number, frame, self._sent, kind)
+        self._sent = frame
+        return content
+
+    def _due(self) -> float:
+        """Return the seconds until a frame is to be sent; infinite if that depends on others."""
+        exchange = self._exchange
+        if self._gone or exchange.ended:
+            return 0.0
+        if self._drawn < self._number or not exchange.frame.pixels:
+            return math.inf
+        if exchange.version != self._version:
+            return 0.0
+        return math.inf if self._is_sharp else exchange.changed_at + SETTLED - time.monotonic()
+
+    def _acknowledge(self, number: Any) -> None:
+        if not isinstance(number, int) or not 0 < number <= self._number:
+            raise InputError(f"drawn must be the number of a frame, got {number!r}")
+        with self._exchange.changed:
+            self._drawn = number
+            self._exchange.changed.notify_all()
+
+
+def _parsed(text: str) -> dict[str, Any]:
+    try:
+        message = json.loads(text)
+    except (ValueError, RecursionError):
+        raise InputError("a message must be JSON") from None
+    if not isinstance(message, dict) or not message.keys() <= _KEYS:
+        raise InputError(f"a message must be an object with keys of {', '.join(sorted(_KEYS))}")
+    return message
+
+
+def _size(value: Any) -> tuple[int, int, float]:
+    is_right = isinstance(value, list) and len(value) == 3 and all(isinstance(each, int | float) for each in value)
+    if not is_right or not all(math.isfinite(each) for each in value):
+        raise InputError("size must be [width, height, scale]")
+    return value[0], value[1], value[2]
+
+
+def _events(value: Any) -> list[Event]:
+    if not isinstance(value, list) or len(value) > _MOST_AT_ONCE or not all(isinstance(each, dict) for each in value):
+        raise InputError(f"events must be a list of at most {_MOST_AT_ONCE} objects")
+    events = [Event.from_json(each) for each in value]
+    if any(each.kind not in _KINDS or len(each.name) > _MOST_LETTERS for each in events):
+        raise InputError(f"events must be of kinds {', '.join(sorted(_KINDS))}")
+    return events
+
+
+def _packed(number: int, frame: Frame, before: Frame, kind: str) -> bytes:
+    """Return the message of a frame; `kind` is "png", "jpeg", or nothing if the viewer has the picture."""
+    head: dict[str, Any] = {
+        "frame": number, "size": frame.size, "cursor": frame.cursor, "title": frame.title, "typing": frame.typing,
+    }  # fmt: skip
+    if frame.copied[0] != before.copied[0]:
+        head["copied"] = frame.copied[1]
+    content = b""
+    if kind:
+        head["type"] = f"image/{kind}"
+        content = png(frame) if kind == "png" else _jpeg(frame)
+    return json.dumps(head).encode() + b"\n" + content
+
+
+def _jpeg(frame: Frame) -> bytes:
+    file = io.BytesIO()
+    _image(frame).save(file, "JPEG", quality=_QUALITY)
+    return file.getvalue()
+
+
+def png(frame: Frame) -> bytes:
+    """Return a frame as a PNG file."""
+    width, height = frame.size
+    pixels = np.frombuffer(frame.pixels, np.uint8).reshape(height, width, 3)[::-1]
+    return quick_png.filled(_one_pixel(), {}, pixels)
+
+
+@cache
+def _one_pixel() -> bytes:
+    file = io.BytesIO()
+    _image(Frame(bytes(3), (1, 1))).save(file, "PNG")
+    return file.getvalue()
+
+
+def _image(frame: Frame) -> Any:
+    from PIL import Image
+
+    return Image.frombuffer("RGB", frame.size, frame.pixels, "raw", "RGB", 0, -1)
