@@ -119,25 +119,23 @@ def measure(
     the `counted` pixels (height, width), by default all; the pictures have to be equal in the other pixels.
     """
     chosen: Any = np.s_[:, :] if counted is None else np.nonzero(counted)
-    are_numbers, scale = scale is not None, scale or 1.0
-    channels = 4 if candidate.has_opacity and reference.has_opacity else 3
+    are_numbers, scale, channels = (
+        scale is not None,
+        scale or 1.0,
+        3 + (candidate.has_opacity and reference.has_opacity),
+    )
     if np.array_equal(candidate.pixels, reference.pixels) and np.isfinite(candidate.pixels).all():
         return _of_equal(candidate, channels, limit, scale, candidate.pixels[..., 0][chosen].size)
     ours, theirs = candidate.pixels / np.float32(scale), reference.pixels / np.float32(scale)
     broken = ~(np.isfinite(ours) & np.isfinite(theirs)).all(axis=2)
     rounding = candidate.rounding / scale, reference.rounding / scale
-    with np.errstate(invalid="ignore"):
-        difference = np.abs(ours.astype(np.float64) - theirs)
-        difference[broken] = np.inf
-        beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
-    beyond[broken] = np.inf
+    difference, beyond = _differences(ours, theirs, broken, rounding)
     counted_difference = difference[chosen].reshape(1, -1, 4)
     row, column = divmod(int(difference.max(axis=2).argmax()), difference.shape[1])
     values = _values(candidate, row, column), _values(reference, row, column)
     seen = _filled(ours, broken), _filled(theirs, broken)
     perceived = flip_map(*seen)[chosen]
-    flips = {"flip": float(perceived.mean()), "flip_weighted_median": weighted_median(perceived)}
-    beyond_flip = _beyond_flip(*seen, beyond, flips["flip"], chosen) if any(map(np.any, rounding)) else flips["flip"]
+    seen_flip = float(perceived.mean())
     return Measures(
         parts=_parts(counted_difference, channels),
         beyond_max=float(beyond.max()),
@@ -150,14 +148,27 @@ def measure(
         limit=limit,
         percent_over=100 * float((beyond.max(axis=2)[chosen] > limit).mean()),
         ssim=float(similarity_map(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS)[chosen].mean()),
-        **flips,
-        beyond_flip=0.0 if are_numbers else beyond_flip,
+        flip=seen_flip,
+        flip_weighted_median=weighted_median(perceived),
+        beyond_flip=0.0 if are_numbers else _beyond_flip(seen, beyond, seen_flip, rounding, chosen),
         worst_pixel=(column, row),
         worst_values=values,
         non_finite=int(broken.sum()),
         pixels=counted_difference.shape[1],
         scale=scale,
     )
+
+
+def _differences(
+    ours: NDArray[np.float32], theirs: NDArray[np.float32], broken: NDArray[np.bool_], rounding: tuple[NDArray, NDArray]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the absolute differences, and those beyond rounding; infinite in broken pixels."""
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(ours.astype(np.float64) - theirs)
+        difference[broken] = np.inf
+        beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
+    beyond[broken] = np.inf
+    return difference, beyond
 
 
 def _of_equal(picture: Picture, channels: int, limit: float, scale: float, pixels: int) -> Measures:
@@ -219,10 +230,16 @@ def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray,
 
 
 def _beyond_flip(
-    ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray, seen_flip: float, chosen: Any
+    seen: tuple[NDArray[np.float32], NDArray[np.float32]],
+    beyond: NDArray,
+    seen_flip: float,
+    rounding: tuple[NDArray, NDArray],
+    chosen: Any,
 ) -> float:
     """FLIP of the reference and a candidate whose differences are those beyond rounding; mean of the chosen pixels."""
-    beyond = np.where(np.isfinite(beyond), beyond, 0)
+    if not any(map(np.any, rounding)):
+        return seen_flip
+    (ours, theirs), beyond = seen, np.where(np.isfinite(beyond), beyond, 0)
     if not beyond.any() or not seen_flip > 0:
         return 0.0
     return float(flip_map((theirs + np.sign(ours - theirs) * beyond).astype(np.float32), theirs)[chosen].mean())
