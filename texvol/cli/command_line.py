@@ -17,6 +17,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from texvol.cli.accept import add_accept
 from texvol.cli.convert import add_convert
 from texvol.cli.convert_tf import add_convert_tf
 from texvol.cli.demo import add_demo
@@ -50,6 +51,7 @@ _COMMANDS = (
         add_view,
         add_report,
         add_report_merge,
+        add_accept,
         add_methods,
         add_measure,
         add_surface,

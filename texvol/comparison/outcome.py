@@ -72,7 +72,8 @@ class Outcome:
         """Return candidate and reference as they were compared; unchanged if their sizes differ."""
         if self.measures is None:
             return self.candidate, self.reference
-        return _alike(*(self.ignored.quiet(each) for each in (self.candidate, self.reference)), self.ignored)[:2]
+        quiet = self.ignored.quiet
+        return _alike(quiet(self.candidate), quiet(self.reference), self.ignored)[:2]
 
     def as_json(self) -> dict[str, Any]:
         """The outcome without the pixels."""

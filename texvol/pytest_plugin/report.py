@@ -7,6 +7,8 @@ removed, and a folder that holds other files and no report is refused.
 from __future__ import annotations
 
 import json
+import os
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -86,10 +88,14 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
     from texvol.comparison import ci
     from texvol.comparison.index_page import index_page
 
-    entries = [record["entry"] for record in records if "entry" in record]
+    entries = _entries(folder, records)
     tables = [record["self_test"] for record in records if record.get("self_test")]
     page = index_page(
-        entries, title="Pictures", metadata=_common_metadata(records), self_test=tables[0] if tables else ""
+        entries,
+        title="Pictures",
+        metadata=_common_metadata(records),
+        self_test=tables[0] if tables else "",
+        accept=shlex.join(["texvol", "accept", _shown_path(folder)]),
     )
     shown = [
         {k: v for k, v in record.items() if k not in ("entry", "self_test")} | _thumbnail(record) for record in records
@@ -110,6 +116,22 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
         SUMMARY: ci.job_summary([result_of(record, folder) for record in records]).encode(),
     }
     writing.write_files({folder / name: text for name, text in files.items()})
+
+
+def _entries(folder: Path, records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Return the index's entries, with the names by which `texvol accept` knows those that it can accept."""
+    from texvol.pytest_plugin.accepting import ids_of
+
+    ids = ids_of([record | {"candidate": _relative(folder, record["candidate"])} for record in records])
+    return [
+        record["entry"] | {"accept": ids.get(number, "")} for number, record in enumerate(records) if "entry" in record
+    ]
+
+
+def _shown_path(folder: Path) -> str:
+    """Return the folder as seen from the current one, if it is in it."""
+    relative = os.path.relpath(folder)
+    return str(folder) if relative.startswith("..") else relative
 
 
 def _thumbnail(record: Record) -> dict[str, str]:
