@@ -1,4 +1,4 @@
-"""Accepted pictures: chosen ones only, all or none, below the project's folder; a button that only its page can press."""
+"""Accepted pictures: chosen ones only, all or none, below the project; a button that only its page can press."""
 
 from __future__ import annotations
 
@@ -30,9 +30,8 @@ def changed_by(project: Project, *line: str) -> tuple[int, set[str]]:
     """Status of a command, and the references that it wrote."""
 
     def contents() -> dict[str, bytes]:
-        return {
-            str(path.relative_to(project.references)): path.read_bytes() for path in project.references.rglob("*.*")
-        }
+        paths = [path for path in project.references.rglob("*") if path.is_file()]
+        return {str(path.relative_to(project.references)): path.read_bytes() for path in paths}
 
     before = contents()
     status = main(["accept", *line])
@@ -64,17 +63,16 @@ def test_what_is_not_on_offer_changes_nothing(reported: Project, capsys: pytest.
     for line, words in (
         (("report", "far", "fra"), "'fra' not found among the failed pictures of the report; did you mean 'far'"),
         (("report", "same/p0"), "not found among"),
-        (("report", "--all", "far"), "--all takes no names"),
+        (("--all", "report", "far"), "--all takes no names"),
         (("report", "far", "--root", "elsewhere"), "--root must be a folder"),
-        (("report", "far", "--root", "report"), ""),
+        (("report", "far", "--root", "report"), "must exist; name the project's folder by --root"),
         (("references", "far"), "has no report.json"),
         (("nowhere", "far"), "got no folder"),
     ):
         status, changed = changed_by(reported, *line)
-        if words:
-            error = capsys.readouterr().err
-            assert status == 2 and words in error and error.count("\n") == 1
-        assert not changed
+        error = capsys.readouterr().err
+        assert status == 2 and words in error and error.count("\n") == 1
+        assert not changed and not (reported.folder / "report/references").exists()
 
 
 @pytest.mark.parametrize(

@@ -93,7 +93,7 @@ def accept(offers: Sequence[Offer], root: str | os.PathLike[str]) -> list[str]:
         If a reference would be outside of `root`, two candidates have one reference, a candidate is not finite, or a
         file can't be read or written. Then no reference is changed.
     """
-    contents: dict[Path, bytes] = {}
+    contents: dict[str | os.PathLike[str], bytes] = {}
     replaced: list[Path] = []
     lines = []
     for offer in offers:
@@ -107,9 +107,9 @@ def accept(offers: Sequence[Offer], root: str | os.PathLike[str]) -> list[str]:
         replaced += [old.path] if old.exists and old.path != target else []
         lines.append(f"{offer.name}: {'replaced' if old.exists else 'wrote'} {target}")
     try:
-        for target in contents:
+        for target in map(Path, contents):
             target.parent.mkdir(parents=True, exist_ok=True)
-        writing.write_files(dict(contents))
+        writing.write_files(contents)
         for path in replaced:
             path.unlink()
     except OSError as error:
@@ -130,7 +130,10 @@ def _reference(offer: Offer, root: Path) -> Reference:
             "started, or name it by --root"
         )
     # The project may have another format by now.
-    return references.find(path.parent, path.stem)
+    found = references.find(path.parent, path.stem)
+    if offer.status == "different" and not found.exists:
+        raise InputError(f"{path}: the reference that is replaced must exist; name the project's folder by --root")
+    return found
 
 
 def _candidate(offer: Offer) -> Any:

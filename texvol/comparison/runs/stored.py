@@ -70,7 +70,7 @@ class Run:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """What made the pictures, as far as all pictures agree."""
+        """Fingerprint of the pictures, as far as all pictures agree."""
         fingerprints = [each["fingerprint"] for each in self.pictures if each.get("fingerprint")]
         first = fingerprints[0] if fingerprints else {}
         return {
