@@ -100,6 +100,20 @@ def test_a_report_leads_out_of_no_folder(reported: Project, key: str, text: str)
     assert before == {path: path.read_bytes() for path in reported.folder.parent.rglob("*") if path.is_file()}
 
 
+@pytest.mark.parametrize("is_link", [False, True])
+def test_a_new_picture_is_written_below_the_project_only(reported: Project, is_link: bool) -> None:
+    outside = reported.folder.parent / f"outside-{reported.folder.name}"
+    outside.mkdir()
+    if is_link:
+        (reported.folder / "linked").symlink_to(outside)
+    file = reported.folder / "report/report.json"
+    content = json.loads(file.read_text("utf-8"))
+    (new,) = (each for each in content["pictures"] if each["name"] == "new")
+    new["reference"] = "linked/new.exr" if is_link else f"../{outside.name}/new.exr"
+    file.write_text(json.dumps(content), "utf-8")
+    assert main(["accept", "report", "new"]) == 2 and not list(outside.iterdir())
+
+
 def test_a_picture_with_a_nan_is_never_accepted(project: Project, capsys: pytest.CaptureFixture[str]) -> None:
     project.store(waves())
     project.check("waves() * np.float32(np.nan)")
@@ -129,6 +143,11 @@ def test_the_server_answers_its_own_page_only(reported: Project) -> None:
             assert asked(server, "POST", action, body)[0] == 400
         assert asked(server, "POST", action, wanted, Content_Type="text/plain")[0] == 400
         assert (reported.references / "far.exr").read_bytes() == before and not server.accepted
+        # Another name of this machine, as a page elsewhere could make it up; and a link in the report that leads out.
+        assert asked(server, "GET", f"{start}/index.html", Host=f"evil.example:{server.server_port}")[0] == 403
+        assert asked(server, "POST", action, wanted, Host=f"evil.example:{server.server_port}")[0] == 403
+        (reported.folder / "report/link.exr").symlink_to(reported.references / "far.exr")
+        assert asked(server, "GET", f"{start}/link.exr")[0] == 404
         status, content = asked(server, "POST", action, wanted)
         assert status == 200 and json.loads(content)["accepted"] == server.accepted and len(server.accepted) == 1
     candidate = read_picture(reported.folder / "report/pages/far.exr")
