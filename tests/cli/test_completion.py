@@ -19,6 +19,8 @@ CASES = [
     (["render", "a f"], {"a file.npy"}),
     (["completion", "f"], {"fish"}),
     (["help", "cookb"], {"cookbook"}),
+    (["report", "mer"], {"merge"}),
+    (["report", "merge", "--art"], {"--artifact"}),
 ]
 
 

@@ -120,6 +120,21 @@ def test_tiny_pictures_are_measured(size: tuple[int, int]) -> None:
     assert found.rms_error > 0 or size == (1, 1)
 
 
+def test_a_wrong_object_on_black_has_a_weighted_median_however_small_it_is() -> None:
+    medians, means = [], []
+    for size in (40, 160):
+        reference = np.zeros((size, size, 4), np.float32)
+        reference[10:20, 10:20] = 0.5, 0.1, 0.1, 1
+        candidate = reference.copy()
+        candidate[10:20, 10:20] = 0.1, 0.5, 0.1, 1
+        found = measure(Picture.of_array(candidate), Picture.of_array(reference), 1e-3)
+        medians.append(found.flip_weighted_median)
+        means.append(found.flip)
+    # The same difference on 16 times the black: the mean is a 16th.
+    assert means[0] == pytest.approx(16 * means[1], rel=1e-3) and means[1] < 0.01
+    assert medians[0] == pytest.approx(medians[1], rel=1e-3) and medians[0] > 0.3
+
+
 def test_flip_is_none_of_equal_pictures_and_grows_with_the_difference() -> None:
     a = smooth()
     small, large = a.copy(), a.copy()

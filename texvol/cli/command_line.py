@@ -17,6 +17,7 @@ from typing import NoReturn
 
 import numpy as np
 
+from texvol.cli.accept import add_accept
 from texvol.cli.completion import add_completion
 from texvol.cli.convert import add_convert
 from texvol.cli.convert_tf import add_convert_tf
@@ -30,6 +31,8 @@ from texvol.cli.presets import add_presets
 from texvol.cli.raycast import add_raycast
 from texvol.cli.render import add_render
 from texvol.cli.report import add_report
+from texvol.cli.report_merge import NAME as REPORT_MERGE
+from texvol.cli.report_merge import add_report_merge
 from texvol.cli.surface import add_surface
 from texvol.cli.view import add_view
 from texvol.options import texts
@@ -48,6 +51,8 @@ _COMMANDS = (
         add_diff,
         add_view,
         add_report,
+        add_report_merge,
+        add_accept,
         add_methods,
         add_measure,
         add_surface,
@@ -83,7 +88,7 @@ def main(line: Sequence[str] | None = None) -> int:
     try:
         line = sys.argv[1:] if line is None else line
         remarks.begin()
-        arguments = _parser().parse_args(texts.with_negative_values(line), argparse.Namespace(line=line))
+        arguments = _parser().parse_args(texts.with_negative_values(_joined(line)), argparse.Namespace(line=line))
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
@@ -114,6 +119,12 @@ def _parser() -> argparse.ArgumentParser:
     for add in _COMMANDS:
         add(commands)
     return parser
+
+
+def _joined(line: Sequence[str]) -> list[str]:
+    """Return the line with the two words of a command as one; a volume of that name is written ./merge."""
+    words = REPORT_MERGE.split()
+    return [REPORT_MERGE, *line[len(words) :]] if list(line[: len(words)]) == words else list(line)
 
 
 def _options(parser: argparse.ArgumentParser) -> list[str]:

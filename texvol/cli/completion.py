@@ -40,11 +40,14 @@ def add_completion(commands: Any) -> None:
 def script(shell: str, commands: dict[str, argparse.ArgumentParser]) -> str:
     """Return the script for a shell."""
     options = {name: list(_options(parser, commands)) for name, parser in commands.items()}
+    for first, _, second in (name.partition(" ") for name in commands if " " in name):
+        options[first].append(Option([], [second], False, ""))
     if shell == "fish":
         return "\n".join(_fish(commands, options))
     body = _cases(options)
-    names = " ".join(commands)
-    lines = [_BASH.replace("COMMANDS", names).replace("CASES", body)]
+    names = " ".join(name for name in commands if " " not in name)
+    pairs = "|".join(f"'{name}'" for name in commands if " " in name)
+    lines = [_BASH.replace("COMMANDS", names).replace("PAIRS", pairs).replace("CASES", body)]
     if shell == "zsh":
         lines.insert(0, "autoload -Uz bashcompinit && bashcompinit")
     return "\n".join(lines)
@@ -71,7 +74,7 @@ def _cases(options: dict[str, list[Option]]) -> str:
     for command, found in options.items():
         flags = " ".join(name for each in found for name in each.names)
         first = " ".join(value for each in found if not each.names for value in each.values)
-        lines.append(f"    {command}) options='{flags}'; first='{first}'; case $before in")
+        lines.append(f"    '{command}') options='{flags}'; first='{first}'; case $before in")
         for each in found:
             if each.names and each.takes_value:
                 words = " ".join(each.values)
@@ -89,6 +92,9 @@ _BASH = """_texvol() {
     COMPREPLY=($(compgen -W 'COMMANDS --help --version' -- "$word"))
     return
   fi
+  case "$command ${COMP_WORDS[2]}" in
+    PAIRS) [ "$COMP_CWORD" -gt 2 ] && command="$command ${COMP_WORDS[2]}";;
+  esac
   case $command in
 CASES
   esac
@@ -105,9 +111,11 @@ complete -o filenames -F _texvol texvol"""
 
 def _fish(commands: dict[str, argparse.ArgumentParser], options: dict[str, list[Option]]) -> Iterator[str]:
     """Yield the lines of fish's script."""
-    yield f"complete -c texvol -f -n __fish_use_subcommand -a '{' '.join(commands)}'"
+    names = " ".join(name for name in commands if " " not in name)
+    yield f"complete -c texvol -f -n __fish_use_subcommand -a '{names}'"
     for command, found in options.items():
-        seen = f"complete -c texvol -n '__fish_seen_subcommand_from {command}'"
+        words = "; and ".join(f"__fish_seen_subcommand_from {word}" for word in command.split())
+        seen = f"complete -c texvol -n '{words}'"
         for each in found:
             values = f" -a '{' '.join(each.values)}'" if each.values else ""
             about = each.about.replace("\\", "\\\\").replace("'", "\\'")

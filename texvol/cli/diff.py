@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from texvol.util.terminal import say
 if TYPE_CHECKING:
     from texvol.comparison.limits import Limits
     from texvol.comparison.outcome import Outcome
+    from texvol.comparison.regions import Region
 
 SAME, DIFFERENT, UNREADABLE = 0, 1, 2
 # With --detailed-exitcode.
@@ -55,6 +57,11 @@ def add_diff(commands: Any) -> None:
     for name, (metavar, text) in _LIMITS.items():
         limits.add_argument(f"--{name}", type=_limit, metavar=metavar, help=text)
     limits.add_argument("--limits", metavar="NAME|FILE.toml", help="one-driver, two-drivers, or a file of limits")
+    limits.add_argument(
+        "--ignore", action="append", default=[], metavar="REGION:REASON",
+        help="region that doesn't count, and why: X,Y,WIDTH,HEIGHT in pixels from the top left, or the file of a mask "
+        "of the picture's size, where what is not black doesn't count; may be given several times",
+    )  # fmt: skip
     oracle = parser.add_argument_group("the oracle")
     oracle.add_argument(
         "--oracle", action=argparse.BooleanOptionalAction,
@@ -123,6 +130,20 @@ def run(arguments: argparse.Namespace) -> int:
     return _status(outcome, detailed=arguments.detailed_exitcode)
 
 
+def _region(text: str) -> Region:
+    """Return the region of REGION:REASON."""
+    from texvol.comparison.regions import Region
+
+    found = re.fullmatch(r"([-\d\s,]+):(.*)", text)
+    if found is not None:
+        numbers = [int(each) for each in re.findall(r"-?\d+", found[1])]
+        return Region.of({"rectangle": numbers, "reason": found[2].strip()}, Path(), "--ignore")
+    mask, _, reason = text.rpartition(":")
+    if not mask:
+        raise InputError(f"--ignore must be REGION:REASON, such as '8,8,120,16:the date of the run', got {text!r}")
+    return Region.of({"mask": mask, "reason": reason.strip()}, Path(), "--ignore")
+
+
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Raise InputError if an output can't be written, or is also an input."""
     from texvol.formats.pictures import image
@@ -140,8 +161,9 @@ def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
     from texvol.comparison.outcome import examine
     from texvol.comparison.pictures import read_picture
 
+    regions = [_region(each) for each in arguments.ignore]
     candidate, reference = read_picture(arguments.candidate), read_picture(arguments.reference)
-    outcome = examine(candidate, reference, chosen, name=Path(arguments.candidate).name)
+    outcome = examine(candidate, reference, chosen, name=Path(arguments.candidate).name, regions=regions)
     wanted = arguments.oracle
     if outcome.measures is None or (wanted is None and outcome.status != "different") or wanted is False:
         return outcome
@@ -166,6 +188,8 @@ def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
 
     if arguments.candidate is not None:
         raise InputError("--self-test takes no CANDIDATE and REFERENCE: leave them out")
+    if arguments.ignore:
+        raise InputError("--ignore needs two pictures: with --self-test leave it out")
     if arguments.output:
         raise InputError("--output needs two pictures: with --self-test use --html")
     stored, size = scene_of(arguments.self_test, volume=arguments.volume)
@@ -237,7 +261,7 @@ def _table(outcome: Outcome) -> list[str]:
     (column, row), values = measures.worst_pixel, measures.worst_values
     lines += [
         f"{'ssim':16}{measures.ssim:>12.6g}",
-        f"{'flip':16}{measures.flip:>12.4g}",
+        f"{'flip':16}{measures.flip:>12.4g}, weighted median {measures.flip_weighted_median:.4g}",
         f"{'pixels over':16}{measures.percent_over:>11.4g}% by more than {measures.limit:.3g}",
         f"{'not finite':16}{measures.non_finite:>12} pixels of {measures.pixels}",
     ]

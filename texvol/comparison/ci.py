@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome
 
 FAILING = ("broken", "different", "new", "refused")
-_SIGNS = {"broken": "❌", "different": "❌", "new": "🆕", "refused": "❌", "updated": "✏️", "same": "✅"}
+SIGNS = {"broken": "❌", "different": "❌", "new": "🆕", "refused": "❌", "updated": "✏️", "same": "✅"}
 # GitHub drops the summary of a step that exceeds 1 MiB; the step may have written to it already.
 _MOST_BYTES = 1 << 20
 _MOST_OF_SUMMARY = _MOST_BYTES * 3 // 4
@@ -178,11 +178,11 @@ def _row(result: Result) -> str:
     if result.status == "updated":
         what = "; ".join(result.words)
     numbers = ["" if each is None else f"{each:.3g}" for each in (result.max_error, result.rms_error)]
-    status = f"{_SIGNS.get(result.status, '')} {_cell(result.status)}"
-    return f"| {' | '.join((_cell(result.name), status, _cell(what), *numbers))} |"
+    status = f"{SIGNS.get(result.status, '')} {cell(result.status)}"
+    return f"| {' | '.join((cell(result.name), status, cell(what), *numbers))} |"
 
 
-def _cell(text: str) -> str:
+def cell(text: str) -> str:
     """Return text as one line of Markdown without markup or HTML."""
     line = one_line(text)
     return markdown(line if len(line) <= _MOST_WORDS else line[: _MOST_WORDS - 1] + "…")

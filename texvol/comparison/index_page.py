@@ -15,6 +15,7 @@ _STATUSES = tuple(SIGNS)
 _EMPTY: dict[str, Any] = {
     **{"name": "picture", "test": "", "page": "", "size": "", "oracle": None, "measures": None},
     **{"violations": (), "kinds": (), "notes": (), "thumbnails": {}, "facts": {}},
+    "accept": "",
 }
 
 
@@ -24,6 +25,7 @@ def index_page(
     title: str = "Pictures",
     metadata: Mapping[str, str] = {},
     self_test: str = "",
+    accept: str = "",
 ) -> str:
     """Return the page's HTML.
 
@@ -35,6 +37,8 @@ def index_page(
         Driver, versions and the like that all pictures were made with.
     self_test : str
         HTML of the table of planted mistakes, from `self_test_page.fragment`.
+    accept : str
+        Command line that accepts pictures of this report, to which names are added: those of the entries' key `accept`.
     """
     ordered = sorted((_completed(each, metadata) for each in entries), key=_badness)
     counts = Counter(each["status"] for each in ordered)
@@ -49,6 +53,7 @@ def index_page(
         scale=10**THUMBNAIL_DECADES,
         self_test=Markup(self_test),
         metadata=metadata,
+        accept=accept,
     )
 
 

@@ -54,6 +54,8 @@ class Measures:
     percent_over : float
         Percentage of pixels that differ by more than `limit` beyond rounding.
     ssim, flip : float
+    flip_weighted_median : float
+        Weighted median of FLIP: of the pixels with a difference, however few they are.
     beyond_flip : float
         FLIP of the difference beyond rounding; 0 for pictures of numbers, which are not displayed as they are.
     worst_pixel : (column, row)
@@ -73,6 +75,7 @@ class Measures:
     percent_over: float = 0.0
     ssim: float = 1.0
     flip: float = 0.0
+    flip_weighted_median: float = 0.0
     beyond_flip: float = 0.0
     worst_pixel: tuple[int, int] = (0, 0)
     worst_values: tuple[tuple[float, ...], tuple[float, ...]]
@@ -102,50 +105,76 @@ def without_infinities(value: Any) -> Any:
     return None if isinstance(value, float) and not np.isfinite(value) else value
 
 
-def measure(candidate: Picture, reference: Picture, limit: float, scale: float | None = None) -> Measures:
+def measure(
+    candidate: Picture,
+    reference: Picture,
+    limit: float,
+    scale: float | None = None,
+    *,
+    counted: NDArray[np.bool_] | None = None,
+) -> Measures:
     """Return the measures of two pictures of one size; `percent_over` counts differences above `limit`.
 
-    With a `scale` the pictures hold numbers, and differences are fractions of the scale.
+    With a `scale` the pictures hold numbers, and differences are fractions of the scale. Means and percentages are over
+    the `counted` pixels (height, width), by default all; the pictures have to be equal in the other pixels.
     """
-    are_numbers, scale = scale is not None, scale or 1.0
-    channels = 4 if candidate.has_opacity and reference.has_opacity else 3
+    chosen: Any = np.s_[:, :] if counted is None else np.nonzero(counted)
+    are_numbers, scale, channels = (
+        scale is not None,
+        scale or 1.0,
+        3 + (candidate.has_opacity and reference.has_opacity),
+    )
     if np.array_equal(candidate.pixels, reference.pixels) and np.isfinite(candidate.pixels).all():
-        parts = _parts(np.zeros((1, 1, 4)), channels)
-        values, pixels = (_values(candidate, 0, 0), _values(reference, 0, 0)), candidate.pixels[..., 0].size
-        return Measures(parts=parts, limit=limit, worst_values=values, pixels=pixels, scale=scale)
+        return _of_equal(candidate, channels, limit, scale, candidate.pixels[..., 0][chosen].size)
     ours, theirs = candidate.pixels / np.float32(scale), reference.pixels / np.float32(scale)
     broken = ~(np.isfinite(ours) & np.isfinite(theirs)).all(axis=2)
-    with np.errstate(invalid="ignore"):
-        difference = np.abs(ours.astype(np.float64) - theirs)
-    difference[broken] = np.inf
     rounding = candidate.rounding / scale, reference.rounding / scale
-    with np.errstate(invalid="ignore"):
-        beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
-    beyond[broken] = np.inf
+    difference, beyond = _differences(ours, theirs, broken, rounding)
+    counted_difference = difference[chosen].reshape(1, -1, 4)
     row, column = divmod(int(difference.max(axis=2).argmax()), difference.shape[1])
+    values = _values(candidate, row, column), _values(reference, row, column)
     seen = _filled(ours, broken), _filled(theirs, broken)
-    seen_flip = flip(*seen)
-    beyond_flip = _beyond_flip(*seen, beyond, seen_flip) if any(map(np.any, rounding)) else seen_flip
+    perceived = flip_map(*seen)[chosen]
+    seen_flip = float(perceived.mean())
     return Measures(
-        parts=_parts(difference, channels),
+        parts=_parts(counted_difference, channels),
         beyond_max=float(beyond.max()),
         beyond_rms=_beyond_rms(
-            difference[..., :channels],
-            *(each[..., :channels] for each in rounding),
+            counted_difference[..., :channels],
+            *(np.broadcast_to(each, ours.shape)[chosen][..., :channels] for each in rounding),
             is_one_grid=candidate.grid == reference.grid,
         ),
         outlier=float(np.inf if broken.any() else _outlier(*seen, beyond)),
         limit=limit,
-        percent_over=100 * float((beyond.max(axis=2) > limit).mean()),
-        ssim=structural_similarity(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS),
+        percent_over=100 * float((beyond.max(axis=2)[chosen] > limit).mean()),
+        ssim=float(similarity_map(seen[0] @ _WEIGHTS, seen[1] @ _WEIGHTS)[chosen].mean()),
         flip=seen_flip,
-        beyond_flip=0.0 if are_numbers else beyond_flip,
+        flip_weighted_median=weighted_median(perceived),
+        beyond_flip=0.0 if are_numbers else _beyond_flip(seen, beyond, seen_flip, rounding, chosen),
         worst_pixel=(column, row),
-        worst_values=(_values(candidate, row, column), _values(reference, row, column)),
+        worst_values=values,
         non_finite=int(broken.sum()),
-        pixels=broken.size,
+        pixels=counted_difference.shape[1],
         scale=scale,
     )
+
+
+def _differences(
+    ours: NDArray[np.float32], theirs: NDArray[np.float32], broken: NDArray[np.bool_], rounding: tuple[NDArray, NDArray]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the absolute differences, and those beyond rounding; infinite in broken pixels."""
+    with np.errstate(invalid="ignore"):
+        difference = np.abs(ours.astype(np.float64) - theirs)
+        difference[broken] = np.inf
+        beyond = np.maximum(difference - rounding[0] - rounding[1] - _SLACK * np.maximum(1, np.abs(theirs)), 0)
+    beyond[broken] = np.inf
+    return difference, beyond
+
+
+def _of_equal(picture: Picture, channels: int, limit: float, scale: float, pixels: int) -> Measures:
+    """Return the measures of a picture and itself."""
+    parts, values = _parts(np.zeros((1, 1, 4)), channels), _values(picture, 0, 0)
+    return Measures(parts=parts, limit=limit, worst_values=(values, values), pixels=pixels, scale=scale)
 
 
 def _values(picture: Picture, row: int, column: int) -> tuple[float, ...]:
@@ -200,12 +229,20 @@ def _beyond_rms(difference: NDArray[np.float64], ours: NDArray, theirs: NDArray,
     return float(np.sqrt(mean_square + step**2 / 4) - step / 2)
 
 
-def _beyond_flip(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray, seen_flip: float) -> float:
-    """FLIP of the reference and a candidate whose differences are those beyond rounding."""
-    beyond = np.where(np.isfinite(beyond), beyond, 0)
-    if not beyond.any():
+def _beyond_flip(
+    seen: tuple[NDArray[np.float32], NDArray[np.float32]],
+    beyond: NDArray,
+    seen_flip: float,
+    rounding: tuple[NDArray, NDArray],
+    chosen: Any,
+) -> float:
+    """FLIP of the reference and a candidate whose differences are those beyond rounding; mean of the chosen pixels."""
+    if not any(map(np.any, rounding)):
+        return seen_flip
+    (ours, theirs), beyond = seen, np.where(np.isfinite(beyond), beyond, 0)
+    if not beyond.any() or not seen_flip > 0:
         return 0.0
-    return flip((theirs + np.sign(ours - theirs) * beyond).astype(np.float32), theirs) if seen_flip > 0 else 0.0
+    return float(flip_map((theirs + np.sign(ours - theirs) * beyond).astype(np.float32), theirs)[chosen].mean())
 
 
 def _outlier(ours: NDArray[np.float32], theirs: NDArray[np.float32], beyond: NDArray[np.float64]) -> float:
@@ -247,6 +284,17 @@ def flip_map(candidate: NDArray[np.float32], reference: NDArray[np.float32]) -> 
     return np.asarray(found.get_pixels(oiio.FLOAT))[..., 0]
 
 
+def weighted_median(numbers: NDArray) -> float:
+    """Return the number at which half of the sum of all numbers (at least 0) is reached; 0 if all are 0.
+
+    Of a map of FLIP it is the weighted median of its authors. Pixels without a difference have no weight: an object
+    that fills a hundredth of a black picture has a median of 0 and a mean near 0, whatever is wrong with the object.
+    """
+    ordered = np.sort(numbers, axis=None).astype(np.float64)
+    sums = np.cumsum(ordered)
+    return float(ordered[np.searchsorted(sums, sums[-1] / 2)]) if sums[-1] > 0 else 0.0
+
+
 def pixel_differences(candidate: NDArray, reference: NDArray) -> NDArray[np.float32]:
     """Return each pixel's largest absolute difference; infinite if either pixel is not finite."""
     with np.errstate(invalid="ignore", over="ignore"):
@@ -262,6 +310,11 @@ def largest_finite(numbers: NDArray) -> float:
 
 def structural_similarity(candidate: NDArray, reference: NDArray) -> float:
     """Mean SSIM of two pictures (height, width) of range 1."""
+    return float(similarity_map(candidate, reference).mean())
+
+
+def similarity_map(candidate: NDArray, reference: NDArray) -> NDArray[np.float64]:
+    """SSIM of each pixel, (height, width)."""
     a, b = candidate.astype(np.float64), reference.astype(np.float64)
     mean_a, mean_b = _smoothed(a), _smoothed(b)
     variance_a = _smoothed(a * a) - mean_a**2
@@ -269,7 +322,7 @@ def structural_similarity(candidate: NDArray, reference: NDArray) -> float:
     covariance = _smoothed(a * b) - mean_a * mean_b
     c1, c2 = _SSIM_CONSTANTS
     similarity = (2 * mean_a * mean_b + c1) * (2 * covariance + c2)
-    return float((similarity / ((mean_a**2 + mean_b**2 + c1) * (variance_a + variance_b + c2))).mean())
+    return np.asarray(similarity / ((mean_a**2 + mean_b**2 + c1) * (variance_a + variance_b + c2)))
 
 
 def _smoothed(picture: NDArray[np.float64]) -> NDArray[np.float64]:

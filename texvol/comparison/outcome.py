@@ -14,6 +14,7 @@ from texvol.comparison.kinds import Kind, kinds_of
 from texvol.comparison.limits import DRIVER_ATTRIBUTE, Limits, default_limits, violations
 from texvol.comparison.measures import Measures, measure, without_infinities
 from texvol.comparison.pictures import Picture
+from texvol.comparison.regions import NOTHING, Ignored, Region
 from texvol.comparison.scene_changes import SceneChange, drawing_changes, in_words, listed, scene_changes
 from texvol.comparison.three_way import OracleVerdict, each_by_its_own, three_way
 
@@ -36,6 +37,8 @@ class Outcome:
         Further information for a reader.
     scene_changes : tuple of SceneChange or None
         Values that differ between the scenes of the two headers; None if a header holds no scene.
+    ignored : Ignored
+        Pixels that were not compared.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Outcome:
     three_way: OracleVerdict | None = None
     notes: tuple[str, ...] = ()
     scene_changes: tuple[SceneChange, ...] | None = None
+    ignored: Ignored = NOTHING
 
     @property
     def is_equal(self) -> bool:
@@ -68,8 +72,8 @@ class Outcome:
         """Return candidate and reference as they were compared; unchanged if their sizes differ."""
         if self.measures is None:
             return self.candidate, self.reference
-        form = CommonForm.of_pair(self.candidate, self.reference)
-        return form.of(self.candidate), form.of(self.reference)
+        quiet = self.ignored.quiet
+        return _alike(quiet(self.candidate), quiet(self.reference), self.ignored)[:2]
 
     def as_json(self) -> dict[str, Any]:
         """The outcome without the pixels."""
@@ -85,6 +89,7 @@ class Outcome:
             "oracle": None if self.three_way is None else without_infinities(asdict(self.three_way)),
             "scene_changes": None if self.scene_changes is None else [asdict(each) for each in self.scene_changes],
             "notes": list(self.notes),
+            "ignored": list(self.ignored.words),
         }
 
 
@@ -95,6 +100,7 @@ def examine(
     *,
     name: str | None = None,
     explain: bool = True,
+    regions: Sequence[Region] = (),
 ) -> Outcome:
     """Compare a candidate with its reference.
 
@@ -104,6 +110,13 @@ def examine(
         By default those of the pair, see `default_limits`.
     explain : bool
         True to find the kinds of difference.
+    regions : sequence of Region
+        Regions of the picture that don't count.
+
+    Raises
+    ------
+    InputError
+        If a region does not fit the reference, or the regions leave nothing to compare.
     """
     limits = limits or default_limits(candidate, reference)
     name = name or candidate.name
@@ -112,19 +125,29 @@ def examine(
         unlike = (f"the candidate has {candidate.size_in_words} pixels, the reference {reference.size_in_words}",)
         notes = _notes(candidate, reference)
         return Outcome(name, candidate, reference, None, limits, unlike, "broken", notes=notes, scene_changes=changes)
-    form = CommonForm.of_pair(candidate, reference)
-    ours, theirs = form.of(candidate), form.of(reference)
+    ignored = Ignored.of(regions, reference)
+    pair = ignored.quiet(candidate), ignored.quiet(reference)
+    ours, theirs, form = _alike(*pair, ignored)
     are_numbers = form.display is None and (holds_numbers(candidate) or holds_numbers(reference))
-    measures = measure(ours, theirs, limits.max_abs, number_range(theirs) if are_numbers else None)
-    shown = (ours, theirs) if form.display else (candidate, reference)
+    scale = number_range(theirs) if are_numbers else None
+    measures = measure(ours, theirs, limits.max_abs, scale, counted=ignored.counted)
+    shown = (ours, theirs) if form.display else pair
     broken = (*_lost_channels(candidate, reference), *_not_finite(*shown), *filter(None, [form.reason]))
     over = violations(measures, limits)
     status = "broken" if broken else "different" if over else "same"
-    notes = _notes(candidate, reference, measures.scale, form)
+    notes = (*ignored.words, *_notes(*pair, measures.scale, form))
     found = Outcome(
-        name, candidate, reference, measures, limits, broken + over, status, notes=notes, scene_changes=changes
-    )
+        name, candidate, reference, measures, limits, broken + over, status,
+        notes=notes, scene_changes=changes, ignored=ignored,
+    )  # fmt: skip
     return explained(found) if explain else found
+
+
+def _alike(candidate: Picture, reference: Picture, ignored: Ignored) -> tuple[Picture, Picture, CommonForm]:
+    """Return the pair in its common form, with the reference's pixels in both where nothing counts, and the form."""
+    form = CommonForm.of_pair(candidate, reference)
+    ours, theirs = form.of(candidate), form.of(reference)
+    return ignored.like(ours, theirs), theirs, form
 
 
 def explained(outcome: Outcome) -> Outcome:

@@ -9,7 +9,7 @@ when a picture is checked. The other modules:
 
     names, references, tables      reference and limits of a picture
     pending                        references to be written at the end
-    candidates, repeats            pictures that tests pass
+    candidates, foreign, repeats   pictures that tests pass
     checking                       one check
     oracle, plain_slabs            bound of a picture without a stored reference
     records, session, report       results of all checks, and the report's folder
@@ -80,10 +80,11 @@ def check_picture(request: pytest.FixtureRequest, _texvol_session: PictureSessio
     """Compare a picture with its reference: check_picture(picture, "name").
 
     The picture is an array (height, width[, 1-4 channels]), linear premultiplied floats or sRGB integers; a path of an
-    EXR, PNG, TIFF or JPEG; a texvol.Scene, drawn with size=, sampling_rate=, max_error= …; or a function that returns a
-    picture. oracle=True: the oracle draws the reference, of a scene or with scene=. repeat=N separates noise from a
-    systematic difference. driver="…" names the driver that drew an array. References are in references/ beside the
-    test's file, limits in limits.toml there; pytest --texvol-update writes references that are new or fail.
+    EXR, PNG, TIFF or JPEG; a texvol.Scene, drawn with size=, sampling_rate=, max_error= …; a Figure of matplotlib; an
+    Image of Pillow; or a function that returns a picture. oracle=True: the oracle draws the reference, of a scene or
+    with scene=. repeat=N separates noise from a systematic difference. driver="…" names the driver that drew an array.
+    References are in references/ beside the test's file, limits in limits.toml there; pytest --texvol-update writes
+    references that are new or fail.
     """
     from texvol.pytest_plugin.checking import Check
 

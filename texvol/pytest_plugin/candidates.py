@@ -1,4 +1,4 @@
-"""Pictures from what a test passes: arrays, files, scenes, and callables that return them."""
+"""Pictures from what a test passes: arrays, files, scenes, figures, images, and callables that return them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from texvol.comparison.limits import DRIVER_ATTRIBUTE
 from texvol.comparison.pictures import Picture, read_picture
-from texvol.pytest_plugin import repeats
+from texvol.pytest_plugin import foreign, repeats
 from texvol.scene.scene import Classification, Scene
 from texvol.util.errors import InputError
 
@@ -137,10 +137,17 @@ class Maker:
                 picture = read_picture(thing)
             except InputError as error:
                 raise UnreadableError(str(error)) from None
+        elif (found := foreign.array_of(thing)) is not None:
+            array, program = found
+            named = {} if program is None else {DRIVER_ATTRIBUTE: program}
+            picture = Picture.of_array(array, request.name, named)
         elif isinstance(thing, np.ndarray) or hasattr(thing, "__array__") or hasattr(thing, "__array_interface__"):
             picture = Picture.of_array(np.asarray(thing), request.name)
         else:
-            raise InputError(f"picture must be an array, a path, a Scene or a function that returns these, got {kind}")
+            raise InputError(
+                "picture must be an array, a path, a Scene, a matplotlib Figure, a Pillow image or a function that "
+                f"returns these, got {kind}"
+            )
         return Candidate(_labelled(picture, request), scene=request.scene)
 
     def _drawn(self, scene: Scene, request: Request) -> Candidate:

@@ -52,9 +52,10 @@ class Check:
 
         Parameters
         ----------
-        picture : array, path, Scene, Picture, or callable that returns one of these
+        picture : array, path, Scene, Picture, Figure, Image, or callable that returns one of these
             An array (height, width[, 1 to 4 channels]) of floating point is linear and premultiplied; uint8 and uint16
-            are sRGB, straight. A path is that of an EXR, PNG, TIFF or JPEG. A Scene is drawn.
+            are sRGB, straight. A path is that of an EXR, PNG, TIFF or JPEG. A Scene is drawn, and so is a Figure of
+            matplotlib. An Image is one of Pillow.
         name : str
             Name of the picture: the reference is references/NAME.exr beside the test's file.
         oracle : bool
@@ -155,10 +156,11 @@ class _Run:
         except InputError:
             if not self._may_write(candidate):
                 raise
-            return self._written(candidate, examine(candidate.picture, stored, ONE_DRIVER, name=self._name), rules)
+            found = examine(candidate.picture, stored, ONE_DRIVER, name=self._name, regions=rules.regions)
+            return self._written(candidate, found, rules)
         repeats = tuple(references.like_stored(each, stored) for each in candidate.repeats)
         candidate = replace(candidate, picture=references.like_stored(candidate.picture, stored), repeats=repeats)
-        outcome = self._examined(candidate, stored, limits)
+        outcome = self._examined(candidate, stored, limits, rules)
         if not outcome.passed and self._may_write(candidate):
             return self._written(candidate, outcome, rules)
         if not outcome.passed and self._waiting():
@@ -172,11 +174,12 @@ class _Run:
         except InputError as error:
             raise InputError(f"picture {self._name!r}: {error}") from None
 
-    def _examined(self, candidate: Candidate, stored: Picture, limits: Limits) -> Outcome:
+    def _examined(self, candidate: Candidate, stored: Picture, limits: Limits, rules: Rules) -> Outcome:
         """Return the outcome of the mean of the repeats; also different if a single repeat is."""
-        outcome = examine(candidate.picture, stored, limits, name=self._name, explain=False)
+        how: dict[str, Any] = {"explain": False, "regions": rules.regions}
+        outcome = examine(candidate.picture, stored, limits, name=self._name, **how)
         for number, each in enumerate(candidate.repeats, 1):
-            if outcome.passed and not (one := examine(each, stored, limits, explain=False)).passed:
+            if outcome.passed and not (one := examine(each, stored, limits, **how)).passed:
                 first = f"repeat {number} of {len(candidate.repeats)}, but not the mean of all: {one.violations[0]}"
                 outcome = replace(outcome, status=one.status, violations=(first, *one.violations[1:]))
         if outcome.passed and outcome.measures is not None:

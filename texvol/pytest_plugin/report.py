@@ -7,10 +7,13 @@ removed, and a folder that holds other files and no report is refused.
 from __future__ import annotations
 
 import json
+import os
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from texvol.comparison.runs.stored import FAILING, FILE, INDEX, MARK, PROGRAM, SUMMARY
 from texvol.pytest_plugin.records import Record, counted
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError
@@ -19,11 +22,7 @@ from texvol.util.version import __version__
 if TYPE_CHECKING:
     from texvol.comparison.outcome import Outcome
 
-FILE = "report.json"
 _MOST_BYTES = 1 << 30
-_PROGRAM = "texvol pictures"
-_MARK = b"<!-- written by pytest --texvol-report -->\n"
-_INDEX, _SUMMARY = "index.html", "summary.md"
 
 
 def prepare(folder: Path) -> None:
@@ -40,13 +39,13 @@ def prepare(folder: Path) -> None:
         if folder.is_dir() and any(folder.iterdir()):
             if not _is_report(folder):
                 raise InputError(f"{folder}: the folder must be empty or hold a report of texvol; name another folder")
-            index = folder / _INDEX
+            index = folder / INDEX
             if index.exists() and not _is_ours(index):
                 raise InputError(f"{index}: the page was not written by texvol; name another folder")
             _remove(folder)
         folder.mkdir(parents=True, exist_ok=True)
         # Marks the folder as a report, even if the run is killed.
-        writing.write_files({folder / FILE: json.dumps({"program": _PROGRAM, "finished": False}).encode()})
+        writing.write_files({folder / FILE: json.dumps({"program": PROGRAM, "finished": False}).encode()})
     except OSError as error:
         raise InputError(f"{folder}: cannot hold a report: {error.strerror}") from None
 
@@ -55,7 +54,7 @@ def page_of(outcome: Outcome, metadata: Mapping[str, str], index: str | None) ->
     """Return the content of one picture's page; `index` is the relative path of the report's index."""
     from texvol.comparison.page import comparison_page
 
-    return comparison_page(outcome, metadata=metadata, index=index).encode() + b"\n" + _MARK
+    return comparison_page(outcome, metadata=metadata, index=index).encode() + b"\n" + MARK
 
 
 def entry(record: Record, outcome: Outcome | None, metadata: Mapping[str, str], page: str) -> dict[str, Any]:
@@ -89,14 +88,20 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
     from texvol.comparison import ci
     from texvol.comparison.index_page import index_page
 
-    entries = [record["entry"] for record in records if "entry" in record]
+    entries = _entries(folder, records)
     tables = [record["self_test"] for record in records if record.get("self_test")]
     page = index_page(
-        entries, title="Pictures", metadata=_common_metadata(records), self_test=tables[0] if tables else ""
+        entries,
+        title="Pictures",
+        metadata=_common_metadata(records),
+        self_test=tables[0] if tables else "",
+        accept=shlex.join(["texvol", "accept", _shown_path(folder)]),
     )
-    shown = [{k: v for k, v in record.items() if k not in ("entry", "self_test")} for record in records]
+    shown = [
+        {k: v for k, v in record.items() if k not in ("entry", "self_test")} | _thumbnail(record) for record in records
+    ]
     content = {
-        "program": _PROGRAM,
+        "program": PROGRAM,
         "version": __version__,
         "finished": True,
         "exit_status": status,
@@ -106,11 +111,34 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
         ],
     }
     files = {
-        _INDEX: page.encode() + b"\n" + _MARK,
+        INDEX: page.encode() + b"\n" + MARK,
         FILE: (json.dumps(content, indent=1, allow_nan=False) + "\n").encode(),
-        _SUMMARY: ci.job_summary([result_of(record, folder) for record in records]).encode(),
+        SUMMARY: ci.job_summary([result_of(record, folder) for record in records]).encode(),
     }
     writing.write_files({folder / name: text for name, text in files.items()})
+
+
+def _entries(folder: Path, records: Sequence[Record]) -> list[dict[str, Any]]:
+    """Return the index's entries, with the names by which `texvol accept` knows those that it can accept."""
+    from texvol.pytest_plugin.accepting import ids_of
+
+    ids = ids_of([record | {"candidate": _relative(folder, record["candidate"])} for record in records])
+    return [
+        record["entry"] | {"accept": ids.get(number, "")} for number, record in enumerate(records) if "entry" in record
+    ]
+
+
+def _shown_path(folder: Path) -> str:
+    """Return the folder as seen from the current one, if it is in it."""
+    relative = os.path.relpath(folder)
+    return str(folder) if relative.startswith("..") else relative
+
+
+def _thumbnail(record: Record) -> dict[str, str]:
+    """Return the thumbnail of a failed picture, for a report of several runs: the difference, or the candidate."""
+    thumbnails = record.get("entry", {}).get("thumbnails", {})
+    found = thumbnails.get("difference") or thumbnails.get("candidate")
+    return {"thumbnail": found} if found and record["status"] in FAILING else {}
 
 
 def result_of(record: Record, folder: Path | None = None) -> Any:
@@ -150,14 +178,14 @@ def _is_report(folder: Path) -> bool:
         content = text_files.parsed_json(text, FILE)
     except InputError:
         return False
-    return isinstance(content, dict) and content.get("program") == _PROGRAM
+    return isinstance(content, dict) and content.get("program") == PROGRAM
 
 
 def _remove(folder: Path) -> None:
     """Remove an earlier run's files, and folders that become empty."""
     pages = [path for path in (folder / "pages").rglob("*.html") if not path.is_symlink() and _is_ours(path)]
     candidates = [path for path in (folder / "pages").rglob("*.exr") if _is_candidate(path)]
-    for path in [*pages, *candidates, *(folder / name for name in (_INDEX, FILE, _SUMMARY))]:
+    for path in [*pages, *candidates, *(folder / name for name in (INDEX, FILE, SUMMARY))]:
         path.unlink(missing_ok=True)
     for path in sorted((folder / "pages").rglob("*"), reverse=True):
         if path.is_dir() and not path.is_symlink() and not any(path.iterdir()):
@@ -165,7 +193,7 @@ def _remove(folder: Path) -> None:
 
 
 def _is_ours(path: Path) -> bool:
-    return path.read_bytes().endswith(_MARK)
+    return path.read_bytes().endswith(MARK)
 
 
 def _is_candidate(path: Path) -> bool:

@@ -8,6 +8,7 @@
     fail-percent = 0.1
     reason = "a ray that just meets an outline may as well miss it"
     drivers = ["llvmpipe", "NVIDIA"]
+    ignore = [{rectangle = [8, 8, 120, 16], reason = "the date of the run"}]      # see comparison/regions.py
 
 Limits that are looser than the defaults need a reason. A table's limits hold for the driver that drew the reference,
 and for other drivers as far as `drivers` says: "any", or parts of their names.
@@ -18,7 +19,6 @@ Stale tables, of pictures that no longer exist, are reported after a run of all 
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from texvol.comparison.limits import NAMES, ONE_DRIVER, TWO_DRIVERS, Limits, changed_limits
+from texvol.comparison.regions import FEWEST_WORDS, Region, is_reason
 from texvol.pytest_plugin.references import find
 from texvol.util import text_files
 from texvol.util.errors import InputError
@@ -37,8 +38,7 @@ if TYPE_CHECKING:
 
 DEFAULT = "default"
 _KEYS = tuple(name.replace("_", "-") for name in NAMES)
-# Shorter texts are no reasons: "flaky", "TODO", "see above".
-_FEWEST_WORDS = 3
+_OTHER_KEYS = ("reason", "drivers", "ignore")
 # Options of pytest that select tests.
 _NARROWING = ("keyword", "markexpr", "lf", "failedfirst", "deselect", "ignore", "ignore_glob", "stepwise")
 
@@ -72,15 +72,23 @@ class Tables:
         self._checked(name, own, base)
         given = {key: value for key, value in (shared | own).items() if key in _KEYS}
         source = f"[{name if own else DEFAULT}] in {self.path.name}" if given else ""
-        return Rules(given, own.get("drivers", shared.get("drivers")), source)
+        regions = [*self._regions(DEFAULT, shared), *(self._regions(name, own) if own is not shared else ())]
+        return Rules(given, own.get("drivers", shared.get("drivers")), source, tuple(regions))
+
+    def _regions(self, name: str, table: Mapping[str, Any]) -> list[Region]:
+        """Return the regions that don't count of a table; masks are relative to the file of limits."""
+        given, where = table.get("ignore", []), f"{self.path}: [{name}]"
+        if not isinstance(given, list):
+            raise InputError(f"{where}: ignore must be a list of regions, got {given!r}")
+        return [Region.of(each, self.path.parent, f"{where}: ignore") for each in given]
 
     def _checked(self, name: str, table: dict[str, Any], base: Limits) -> Limits:
         where = f"{self.path}: [{name}]"
         for key, value in table.items():
             if isinstance(value, dict):
                 raise InputError(f'{where} holds a table {key!r}; quote names that have a dot or a /: ["a/b"]')
-            if key not in (*_KEYS, "reason", "drivers"):
-                keys = ", ".join((*_KEYS, "reason", "drivers"))
+            if key not in (*_KEYS, *_OTHER_KEYS):
+                keys = ", ".join((*_KEYS, *_OTHER_KEYS))
                 raise InputError(f"{where}: key {key!r} not found; the keys are {keys}")
         drivers = table.get("drivers", "any")
         are_parts = isinstance(drivers, list) and all(isinstance(each, str) and each.strip() for each in drivers)
@@ -91,10 +99,10 @@ class Tables:
         except InputError as error:
             raise InputError(f"{where}: {error}") from None
         looser = limits.looser_than(base)
-        if looser and not _is_reason(table.get("reason")):
+        if looser and not is_reason(table.get("reason")):
             raise InputError(
                 f"{where} allows more than the defaults ({', '.join(looser)}) without a reason; "
-                f'add reason = "…" of at least {_FEWEST_WORDS} words'
+                f'add reason = "…" of at least {FEWEST_WORDS} words'
             )
         return limits
 
@@ -106,6 +114,7 @@ class Rules:
     given: Mapping[str, float]
     drivers: str | list[str] | None
     source: str
+    regions: tuple[Region, ...] = ()
 
     def limits(self, driver: str | None, reference_driver: str | None) -> Limits:
         """Return the limits of a pair drawn by these two drivers; None for an unknown driver.
@@ -132,10 +141,6 @@ class Rules:
         if self.drivers == "any":
             return True
         return driver is not None and any(part.lower() in driver.lower() for part in self.drivers or ())
-
-
-def _is_reason(reason: Any) -> bool:
-    return isinstance(reason, str) and len(re.findall(r"\w*[^\W\d_]{2,}\w*", reason)) >= _FEWEST_WORDS
 
 
 def stale_tables(session: pytest.Session, records: Sequence[Record]) -> list[str]:

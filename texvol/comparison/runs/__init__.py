@@ -1,0 +1,10 @@
+"""Reports of runs of picture tests, as `pytest --texvol-report` writes them, after the run.
+
+    stored         one report's folder, read and checked
+    rows           pictures of several runs beside each other
+    merging        one report of several runs: other systems, drivers, versions of Python
+    merged_page    its page
+    comment        Markdown for a pull request
+
+No module of these needs pytest.
+"""
