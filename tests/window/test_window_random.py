@@ -18,6 +18,7 @@ from texvol.window.navigation import AXES
 from texvol.window.steering import BINDINGS
 
 ACTIONS = 600
+_BEGINNING = 16  # samples, of 0.25 s: in its first seconds a process loads its libraries
 # What would end the window, or leave it for another.
 _NOT_PLAYED = {"close", "fullscreen"}
 _OF_TIME_AND_LIST = [
@@ -120,6 +121,8 @@ def test_random_actions_leave_the_window_whole(
 
 
 def grown(held: list[int]) -> int:
-    """Bytes by which the most in the last quarter is above the most in the second; 0 of too few to say."""
+    """Bytes by which the most in the last quarter is above the most in the second; 0 of a process that only begins."""
+    if len(held) < _BEGINNING:
+        return 0
     quarter = len(held) // 4
-    return max(held[3 * quarter :]) - max(held[quarter : 2 * quarter]) if quarter else 0
+    return max(held[3 * quarter :]) - max(held[quarter : 2 * quarter])
