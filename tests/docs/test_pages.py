@@ -30,6 +30,7 @@ NOT_RUN = {
     "first-ten-minutes": 2,
     "large-volumes": 1,
     "looks": 1,
+    "python": 1,
     "window": 2,
 }
 MARKS = {"", "file", "not run", "output", "status"}

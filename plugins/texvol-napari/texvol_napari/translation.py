@@ -3,7 +3,7 @@
 It reads layers, camera and dimensions by their public attributes, changes nothing, and knows neither Qt nor OpenGL.
 
     mip, minip, average    the same extremum or mean along each ray
-    iso                    the same surface, under texvol's head light
+    iso                    the same surface, under texvol's head light, without highlights
     attenuated_mip         a medium whose extinction is attenuation times the fraction of the contrast limits, a voxel
     translucent            a medium of which a step of napari has the opacity of the colour map
     labels                 opaque labels; lit by the head light in iso_categorical
@@ -18,8 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-import texvol
-from texvol import InputError, Scene, TransferFunction
+from texvol import InputError, Lighting, Scene, TransferFunction
 from texvol.scene.transfer import label_function
 from texvol.util.color import linear_from_srgb
 from texvol_napari.placing import camera_of, flips_of, volume_of
@@ -28,6 +27,8 @@ NUMBERS = ("mip", "minip", "average")
 _POINTS = 256  # of a colour map; napari's textures have as many colours
 _STEP = 0.8  # napari's step along a ray, in voxels (vispy's relative_step_size)
 _OPAQUE = 0.99  # opacity at which napari ends a ray
+_LIGHT = Lighting(specular=0.0)  # napari's shading has no highlights
+_LIT = "lit by texvol's head light"
 _DISCARDING = ("translucent", "translucent_no_depth")  # blendings in which values outside of the limits do not show
 
 
@@ -152,8 +153,9 @@ def _image(layer: Any, values: NDArray[Any], *place: Any) -> tuple[Part, list[st
         if blending in _DISCARDING and rendering != "average":
             more["shown"] = (low, np.inf) if rendering == "mip" else (-np.inf, high)
     elif rendering == "iso":
-        scene = Scene(volume, _colors(layer), look, mode="isosurface", isovalue=float(layer.iso_threshold))
-        remarks.append("lit by texvol's head light")
+        surface = {"isovalue": float(layer.iso_threshold), "lighting": _LIGHT}
+        scene = Scene(volume, _colors(layer), look, mode="isosurface", **surface)  # type: ignore[arg-type]
+        remarks.append(_LIT)
     elif rendering == "attenuated_mip":
         fractions = np.linspace(0, 1, _POINTS)
         scene = Scene(volume, _colors(layer, float(layer.attenuation) * fractions / volume.smallest_spacing), look)
@@ -197,6 +199,7 @@ def _labels(layer: Any, values: NDArray[Any], *place: Any) -> tuple[Part, list[s
     if not any(opacities.values()):
         raise _LeftOutError("none of its labels shows")
     is_lit = str(layer.rendering) == "iso_categorical"
-    scene = texvol.Scene(volume, label_function(volume, opacities, colors), look, lighting="head" if is_lit else "none")
+    function = label_function(volume, opacities, colors)
+    scene = Scene(volume, function, look, lighting=_LIGHT if is_lit else "none")
     part = Part(layer.name, scene, float(layer.opacity), str(layer.blending))
-    return part, ["lit by texvol's head light"] if is_lit else []
+    return part, [_LIT] if is_lit else []

@@ -27,7 +27,7 @@ _LEAST, _MOST = 0.1, 32.0  # error, in 255ths
 _SMALLEST = 160  # pixels of the picture's place
 
 
-class RenderExactly(QWidget):  # type: ignore[misc]
+class RenderExactly(QWidget):
     """Widget that draws the layers of a viewer; napari makes it."""
 
     def __init__(self, napari_viewer: Any) -> None:
@@ -39,8 +39,7 @@ class RenderExactly(QWidget):  # type: ignore[misc]
         self.error.setRange(_LEAST, _MOST)
         self.error.setValue(1.0)
         self.error.setSingleStep(0.5)
-        self.error.setSuffix(" / 255")
-        self.error.setToolTip("Largest error of each layer, of linear light or of the contrast limits")
+        self.error.setToolTip("Largest error of each layer, in 255ths of linear light or of the contrast limits")
         self.render_button = QPushButton("Render exactly")
         self.render_button.clicked.connect(self.render_layers)
         self.save_button = QPushButton("Save PNG …")
@@ -58,7 +57,7 @@ class RenderExactly(QWidget):  # type: ignore[misc]
 
     def _lay_out(self) -> None:
         form = QFormLayout()
-        form.addRow("Error at most", self.error)
+        form.addRow("Error at most, of 255", self.error)
         layout = QVBoxLayout(self)
         layout.addLayout(form)
         for each in (self.render_button, self.shown, self.report, self.save_button):
@@ -95,7 +94,7 @@ class RenderExactly(QWidget):  # type: ignore[misc]
             return
         self._tell("\n".join((*self.drawing.lines, f"saved as {path}")))
 
-    def resizeEvent(self, event: QResizeEvent) -> None:  # noqa: N802 (Qt's name)
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Fit the picture to its place."""
         super().resizeEvent(event)
         self._show()
