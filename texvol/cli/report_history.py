@@ -18,8 +18,8 @@ def add_report_history(commands: Any) -> None:
     parser = commands.add_parser(
         NAME,
         help="history of each picture over runs of picture tests",
-        description="Adds reports of pytest --texvol-report to a history: of each picture a chart, and its changes with "
-        "date, commit, measured difference and thumbnail. Reports that are added need not be kept.",
+        description="Adds reports of pytest --texvol-report to a history: of each picture a chart, and its changes "
+        "with date, commit, measured difference and thumbnail. Reports that are added need not be kept.",
     )
     parser.add_argument(
         "reports", metavar="[NAME=]DIR", nargs="+",
