@@ -159,7 +159,8 @@ def test_napari_s_own_layers() -> None:
     viewer = ViewerModel(ndisplay=3)
     viewer.add_image(dot(4, 6, 11), scale=(2, 1, 1), rotate=(10, 20, 30), colormap="viridis")
     viewer.add_labels(dot(4, 6, 11).astype(int))
-    viewer.camera.angles = (20, 30, 40)
+    viewer.camera.angles, viewer.camera.zoom = (20, 30, 40), 4.0
+    viewer.camera.center = viewer.layers[0].data_to_world((4, 6, 11))
     found = translated(viewer.layers, viewer.camera, viewer.dims, SIZE)
     assert [each.blending for each in found.parts] == [layer.blending for layer in viewer.layers]
-    assert drawn(found, SIZE).pixels.any()
+    assert drawn(found, SIZE).pixels[11:13, 15:17].max(axis=-1).min() > 128  # the voxel is in the middle

@@ -38,9 +38,10 @@ def add_report_history(commands: Any) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Add the reports and print the path of the page."""
     from texvol.comparison.runs import history, merging
+    from texvol.comparison.runs.history_page import history_page
 
     if arguments.keep < 1:
         raise InputError(f"--keep must be at least 1, got {arguments.keep}")
     runs = merging.named_runs(arguments.reports, one_each=False)
     past = history.extended(history.read(arguments.output), runs, arguments.keep)
-    say(str(history.write(arguments.output, past).resolve()))
+    say(str(history.write(arguments.output, past, history_page(past)).resolve()))

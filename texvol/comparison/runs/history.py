@@ -98,10 +98,8 @@ def read(folder: str | os.PathLike[str]) -> list[Past]:
     return [_past(each, file) for each in content["runs"]]
 
 
-def write(folder: str | os.PathLike[str], past: Sequence[Past]) -> Path:
-    """Write the history and its page, and return the path of the page; InputError if they can't be written."""
-    from texvol.comparison.runs.history_page import history_page
-
+def write(folder: str | os.PathLike[str], past: Sequence[Past], page: str) -> Path:
+    """Write the history and its page (HTML), and return the page's path; InputError if they can't be written."""
     place = Path(folder)
     content = {"program": _PROGRAM, "version": __version__, "runs": [each.as_json() for each in past]}
     try:
@@ -109,7 +107,7 @@ def write(folder: str | os.PathLike[str], past: Sequence[Past]) -> Path:
     except OSError as error:
         raise InputError(f"{error.filename}: cannot be written: {error.strerror}") from None
     text = json.dumps(content, separators=(",", ":"), allow_nan=False) + "\n"
-    writing.write_files({place / HISTORY: text.encode(), place / INDEX: history_page(past).encode()})
+    writing.write_files({place / HISTORY: text.encode(), place / INDEX: page.encode()})
     return place / INDEX
 
 
