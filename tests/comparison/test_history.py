@@ -82,6 +82,12 @@ def test_runs_that_are_added_again_are_replaced_and_old_ones_go(tmp_path: Path) 
     ]
 
 
+def test_of_checks_of_one_picture_in_one_test_the_worst_counts(tmp_path: Path) -> None:
+    for day, statuses in ((1, ("same", "different")), (2, ("different", "same"))):
+        add(tmp_path, day, *(picture("ball", 0.1, status) for status in statuses))
+    assert states(told(tmp_path / "history")["ball"]) == [("different", 0.1, "01", 2)]
+
+
 def test_missing_and_renamed_pictures(tmp_path: Path) -> None:
     old, renamed = picture("old", 0.1), picture("renamed", 0.1) | {"test": "test_it.py::test_old"}
     stays = picture("stays")

@@ -98,12 +98,12 @@ def test_media_have_napari_s_opacities() -> None:
 
 def test_labels_have_the_layer_s_colours() -> None:
     labels = np.zeros((17, 17, 17), int)
-    labels[:, :, 9:] = 7
-    labels[:, 9:, :8] = 3
+    labels[:8, :, 9:] = 7
+    labels[12:, 9:] = 3  # nearer to the eye
     layer = Labels(labels, colors={7: (1.0, 0.5, 0.0, 1.0)})  # 3 is hidden, as by "show selected"
     pixels = drawn(translated([layer], Camera(zoom=1.0), Dims(), SIZE), SIZE).pixels
-    np.testing.assert_array_equal(pixels[12, 20], (255, 128, 0))
-    assert not pixels[14, 12].any() and not pixels[0].any()
+    np.testing.assert_array_equal(pixels[8:18, 20], np.full((10, 3), (255, 128, 0)))
+    assert not pixels[:, :15].any()
 
 
 def test_layers_are_blended_as_by_napari() -> None:
@@ -112,6 +112,33 @@ def test_layers_are_blended_as_by_napari() -> None:
     assert {name: blended(below, above, half, name)[0, 0, 0] for name in expected} == expected
     assert {blended(below, above, 0 * half, name)[0, 0, 0] for name in expected} == {0.5}  # nothing is there
     assert blended(0 * below, above, half, "minimum", is_lowest=True)[0, 0, 0] == 0.75
+
+
+def test_a_layer_covers_where_its_values_are_within_the_limits() -> None:
+    """Over a grey layer: black where a value is below the limits does not cover, but by blendings that add."""
+    half, above = np.full((17, 17, 17), 0.5, np.float32), np.zeros((17, 17, 17), np.float32)
+    above[:, :, 9:] = 0.25
+    layers = [Image(half, "half"), Image(above, "above", contrast_limits=(0.1, 1.1), opacity=0.5)]
+    pixels = drawn(translated(layers, Camera(zoom=1.0), Dims(), SIZE), SIZE).pixels[12, :, 0]
+    assert pixels[12] == 128
+    assert pixels[20] == pytest.approx(255 * (0.5 * 0.5 + 0.5 * 0.15), abs=1)  # of two pictures of 8 bits
+    layers[1].rendering, layers[1].contrast_limits = "minip", (-1.0, 0.2)
+    assert drawn(translated(layers, Camera(zoom=1.0), Dims(), SIZE), SIZE).pixels[12, 20, 0] == 128
+
+
+def test_the_error_is_of_the_contrast_limits() -> None:
+    """In another unit of the values the slabs, and the error as a fraction of the limits, are the same."""
+    oblique = Camera(view_direction=(-1.0, -0.5, -0.3))
+    thicknesses, errors = [], []
+    for unit in (1.0, 1024.0):  # a power of two, which rounds nothing
+        layer = Image(unit * dot(8, 8, 8), contrast_limits=(0.0, unit), rendering="average")
+        drawing = drawn(translated([layer], oblique, Dims(), SIZE), SIZE, levels=0.25)
+        assert drawing.picture is not None
+        thicknesses.append(drawing.picture.settings["slab_thickness"])
+        errors.append(float(drawing.lines[0].split()[4]))
+    assert thicknesses[0] == thicknesses[1]
+    assert errors[0] == pytest.approx(errors[1], rel=0.1)  # of two digits
+    assert 1e-5 < errors[0] <= 0.25 / 255  # far from the rounding of float32
 
 
 def test_what_is_not_drawn_is_said() -> None:

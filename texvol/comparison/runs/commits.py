@@ -23,4 +23,4 @@ def commit_of(environment: Mapping[str, str]) -> str:
         )  # fmt: skip
     except (OSError, subprocess.SubprocessError, UnicodeDecodeError):
         return ""
-    return found if done.returncode == 0 and _HASH.fullmatch(found := done.stdout.strip()) else ""
+    return found if _HASH.fullmatch(found := done.stdout.strip()) else ""
