@@ -31,7 +31,7 @@ NOT_RUN = {
     "large-volumes": 1,
     "looks": 1,
     "python": 1,
-    "window": 2,
+    "window": 3,
 }
 MARKS = {"", "file", "not run", "output", "status"}
 LANGUAGES = {"sh", "python", "text", "json", "toml", "yaml"}
