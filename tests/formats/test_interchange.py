@@ -162,6 +162,21 @@ def test_xarray_has_an_accessor() -> None:
     array = xarray.DataArray(VALUES.astype(np.float32), dims=("z", "y", "x"))
     np.testing.assert_array_equal(array.texvol.volume().values, VALUES)
     assert array.texvol.render(16).shape == (16, 16, 4)
+    stretched = array.assign_coords(z=2.0 * np.arange(array.sizes["z"]))
+    np.testing.assert_array_equal(
+        stretched.texvol.show(16, interactive=False, tf="ct-bone"), texvol.render(stretched, 16, tf="ct-bone")
+    )
+
+
+def test_xarray_s_accessor_shows_the_window() -> None:
+    xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("anywidget")
+    _ = texvol.Volume
+    array = xarray.DataArray(VALUES.astype(np.float32), dims=("z", "y", "x"), name="field")
+    widget = array.texvol.show((24, 16), light="none")
+    assert (widget.width, widget.height) == (24, 16)
+    np.testing.assert_array_equal(widget.cells.window.scene.volume.values, VALUES)
+    assert widget.cells.window.scene.lighting is None
+    widget.close()
 
 
 def test_dlpack_and_array_interfaces() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from support.pages import Parsed
@@ -16,8 +17,9 @@ pytest_plugins = ("pytester", "support.picture_project")
 
 
 @pytest.fixture
-def runs(project: Project) -> Project:
+def runs(project: Project, monkeypatch: pytest.MonkeyPatch) -> Project:
     """Reports of two runs: one of all pictures, one of some."""
+    monkeypatch.setenv("GITHUB_SHA", "0123456789abcdef")
     suite(project)
     project.run("--texvol-report", "linux")
     project.run("--texvol-report", "mac", "-k", "same or near")
@@ -41,6 +43,10 @@ def test_a_merged_report_has_all_runs_worst_first(runs: Project) -> None:
     assert "[shots](https://ci.example/1)" in comment
     assert "| near | ❌ linux: different, ❌ macos: different |" in comment
     assert "texvol accept DIR broken near far new`" in comment
+    # When, and of which commit, is in a run's own report.
+    run = json.loads((folder / "runs/linux/report.json").read_text("utf-8"))
+    assert abs(datetime.now(UTC) - datetime.fromisoformat(run["time"])) < timedelta(hours=1)
+    assert run["commit"] == "0123456789abcdef"
     # What is merged is accepted from as the report itself.
     assert main(["accept", "all/runs/linux", "far"]) == 0 and runs.run("-k", "far").ret == 0
 

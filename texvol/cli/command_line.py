@@ -31,6 +31,8 @@ from texvol.cli.presets import add_presets
 from texvol.cli.raycast import add_raycast
 from texvol.cli.render import add_render
 from texvol.cli.report import add_report
+from texvol.cli.report_history import NAME as REPORT_HISTORY
+from texvol.cli.report_history import add_report_history
 from texvol.cli.report_merge import NAME as REPORT_MERGE
 from texvol.cli.report_merge import add_report_merge
 from texvol.cli.surface import add_surface
@@ -52,6 +54,7 @@ _COMMANDS = (
         add_view,
         add_report,
         add_report_merge,
+        add_report_history,
         add_accept,
         add_methods,
         add_measure,
@@ -123,8 +126,8 @@ def _parser() -> argparse.ArgumentParser:
 
 def _joined(line: Sequence[str]) -> list[str]:
     """Return the line with the two words of a command as one; a volume of that name is written ./merge."""
-    words = REPORT_MERGE.split()
-    return [REPORT_MERGE, *line[len(words) :]] if list(line[: len(words)]) == words else list(line)
+    words = " ".join(line[:2])
+    return [words, *line[2:]] if words in (REPORT_MERGE, REPORT_HISTORY) and len(line) > 1 else list(line)
 
 
 def _options(parser: argparse.ArgumentParser) -> list[str]:

@@ -9,11 +9,13 @@ from __future__ import annotations
 import json
 import os
 import shlex
+import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from texvol.comparison.runs.stored import FAILING, FILE, INDEX, MARK, PROGRAM, SUMMARY
+from texvol.comparison.runs.commits import commit_of
+from texvol.comparison.runs.stored import FAILING, FILE, INDEX, MARK, PROGRAM, SUMMARY, stamp
 from texvol.pytest_plugin.records import Record, counted
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError
@@ -104,6 +106,8 @@ def finish(folder: Path, records: Sequence[Record], status: int) -> None:
         "program": PROGRAM,
         "version": __version__,
         "finished": True,
+        "time": stamp(time.time()),
+        "commit": commit_of(os.environ),
         "exit_status": status,
         "counts": counted(records),
         "pictures": [

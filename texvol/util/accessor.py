@@ -1,4 +1,4 @@
-"""Accessor of xarray: `array.texvol` draws a DataArray, and makes a volume of it."""
+"""Accessor of xarray: `array.texvol` draws and shows a DataArray, and makes a volume of it."""
 
 from __future__ import annotations
 
@@ -19,3 +19,7 @@ class Accessor:
     def render(self, size: Any = None, **how: Any) -> Any:
         """Return the picture of the array, see `texvol.render`."""
         return import_module("texvol").render(self._array, size, **how)
+
+    def show(self, size: Any = None, **how: Any) -> Any:
+        """Return a widget that shows the array in a notebook, or its picture, see `texvol.show`."""
+        return import_module("texvol").show(self._array, size, **how)

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
 from texvol.comparison.runs.rows import Row
-from texvol.comparison.runs.stored import INDEX, STATUSES, Run, counted
+from texvol.comparison.runs.stored import INDEX, STATUSES, Run, counted, thumbnail_of
 from texvol.comparison.templates import rendered
 
 RUNS = "runs"  # folder of the runs' own reports
 _MOST_WORDS = 4
-_THUMBNAIL = re.compile(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+")
 
 
 def merged_page(runs: Sequence[Run], rows: Sequence[Row], files: set[str]) -> str:
@@ -45,13 +43,11 @@ def _shown(row: Row, runs: Sequence[Run], files: set[str]) -> dict[str, Any]:
             cells.append(None)
             continue
         page = f"{RUNS}/{run.name}/{record.get('page')}"
-        thumbnail = record.get("thumbnail")
-        is_picture = isinstance(thumbnail, str) and _THUMBNAIL.fullmatch(thumbnail)
         cells.append(
             {
                 **{key: record.get(key) for key in ("status", "max_error", "rms_error")},
                 "page": page if page in files else "",
-                "thumbnail": thumbnail if is_picture else "",
+                "thumbnail": thumbnail_of(record),
             }
         )
     words = dict.fromkeys(

@@ -27,8 +27,13 @@ _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.\-]{0,99}")
 _MOST_BYTES = 1 << 30
 
 
-def named_runs(given: Sequence[str]) -> list[Run]:
+def named_runs(given: Sequence[str], *, one_each: bool = True) -> list[Run]:
     """Read the reports of folders, given as DIR or NAME=DIR.
+
+    Parameters
+    ----------
+    one_each : bool
+        True if names must differ.
 
     Raises
     ------
@@ -47,7 +52,7 @@ def named_runs(given: Sequence[str]) -> list[Run]:
             )
         runs.append(run)
     twice = [name for name, count in Counter(run.name.lower() for run in runs).items() if count > 1]
-    if twice:
+    if twice and one_each:
         raise InputError(f"names of runs must differ, got {twice[0]!r} twice; give NAME=DIR")
     return runs
 

@@ -6,9 +6,11 @@ Paths in the report are those of files in the folder: no path leads out of it, a
 from __future__ import annotations
 
 import os
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -22,17 +24,31 @@ MARK = b"<!-- written by pytest --texvol-report -->\n"  # end of the report's pa
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
 FAILING = ("broken", "different", "new", "refused")
 _MOST_BYTES = 1 << 30
+_THUMBNAIL = re.compile(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+")
+_COMMIT = re.compile(r"[A-Za-z0-9]{4,64}")
 _TEXTS = ("name", "test", "reference")
 
 
 @dataclass(frozen=True)
 class Run:
-    """Report of one run; `pictures` are its records, see texvol/pytest_plugin/records.py."""
+    """Report of one run.
+
+    Attributes
+    ----------
+    pictures : tuple of mapping
+        Records, see texvol/pytest_plugin/records.py.
+    time : str
+        End of the run, UTC, such as 2026-01-31T12:00:00+00:00; of reports without it, the time of the file.
+    commit : str
+        Commit of the tested source; empty if unknown.
+    """
 
     name: str
     folder: Path
     pictures: tuple[Mapping[str, Any], ...]
     is_finished: bool
+    time: str
+    commit: str = ""
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str], name: str = "") -> Run:
@@ -58,7 +74,9 @@ class Run:
         for each in pictures:
             _check(each, file)
         name = name or Path(os.path.abspath(place)).name
-        return cls(name, place, tuple(pictures), content.get("finished") is True)
+        time = utc(content["time"], file) if "time" in content else stamp(file.stat().st_mtime)
+        commit = checked_commit(content.get("commit", ""), file)
+        return cls(name, place, tuple(pictures), content.get("finished") is True, time, commit)
 
     def path(self, text: object) -> Path | None:
         """Return the file that a record names by its path in the report; None if there is none in the folder."""
@@ -81,6 +99,33 @@ class Run:
     def failed(self) -> int:
         """Number of pictures that failed."""
         return sum(each["status"] in FAILING for each in self.pictures)
+
+
+def stamp(seconds: float) -> str:
+    """Return a time, in seconds since 1970, as text in UTC, to the second."""
+    return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="seconds")
+
+
+def utc(text: object, file: Path) -> str:
+    """Return a time of a file in UTC; InputError if it is none."""
+    try:
+        found = datetime.fromisoformat(text if isinstance(text, str) else "")
+        return found.astimezone(UTC).isoformat(timespec="seconds")
+    except (ValueError, OverflowError):
+        raise InputError(f"{file}: time must be one such as 2026-01-31T12:00:00+00:00, got {text!r}") from None
+
+
+def checked_commit(text: object, file: Path) -> str:
+    """Return a commit of a file, or empty text; InputError if it is none."""
+    if text == "" or (isinstance(text, str) and _COMMIT.fullmatch(text)):
+        return text
+    raise InputError(f"{file}: commit must be 4 to 64 letters and digits, got {text!r}")
+
+
+def thumbnail_of(record: Mapping[str, Any]) -> str:
+    """Return the thumbnail of a record as a data URL; empty without a valid one."""
+    thumbnail = record.get("thumbnail")
+    return thumbnail if isinstance(thumbnail, str) and _THUMBNAIL.fullmatch(thumbnail) else ""
 
 
 def counted(pictures: Sequence[Mapping[str, Any]]) -> str:
