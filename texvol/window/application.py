@@ -110,6 +110,7 @@ class Application:
             raise
         self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, screen.copy)
         self._desk.textures = Textures(screen)
+        self._desk.times.prepare = self._shared.prepare
         self._closers.callback(self._desk.close)
         self._desk.is_played = is_played
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
