@@ -108,7 +108,9 @@ def _follow_led(data: Any, browser: Browser) -> None:
     """
     if not browser.led:
         return
-    there = len(os.path.commonprefix([data.buf, browser.led]))
+    there = 0  # letters that the field has
+    while there < len(browser.led) and data.buf[there : there + 1] == browser.led[there]:
+        there += 1
     if there < len(browser.led):
         data.insert_chars(there, browser.led[there:])
     data.cursor_pos = data.selection_start = data.selection_end = data.buf_text_len
