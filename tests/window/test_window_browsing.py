@@ -153,6 +153,8 @@ def test_letters_select_what_begins_with_them(folder: Path, monkeypatch: pytest.
     assert typed(looking, "ries").name == "Series", "it need not be the beginning"
     typed(looking, "/")
     assert looking.text == "/" and looking.wants_field
+    typed(looking, "usr")
+    assert looking.text == "/usr", "letters that come before the field is edited are its text"
 
 
 def test_a_path_is_completed_as_far_as_names_agree(folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""The width of the panels and the size of the picture are the same in the next window."""
+"""Width of the panels, size of the picture, layout and switches are the same in the next window."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from support.windows import PATIENCE, display, environment, started, until  # noqa: F401 (display is a fixture)
 
 from texvol.window import kept
 from texvol.window.desk import PANEL_WIDTH
+from texvol.window.layout import Layout
+from texvol.window.moving import Moving
 
 
 @pytest.fixture(autouse=True)
@@ -90,3 +94,31 @@ def test_a_folder_that_can_not_be_written_is_no_fault(folder: Path, monkeypatch:
     monkeypatch.setenv("XDG_STATE_HOME", str(folder / "file"))
     kept.keep(412.5)
     assert kept.panel_width() == PANEL_WIDTH
+
+
+def a_desk() -> Any:
+    return SimpleNamespace(layout=Layout(), moving=Moving())
+
+
+def test_the_layout_and_the_switches_of_the_view_are_kept() -> None:
+    desk = a_desk()
+    desk.layout.become("coronal")
+    desk.layout.planes, desk.layout.pictures, desk.moving.cube = False, True, False
+    kept.keep(PANEL_WIDTH, None, kept.views_of(desk))
+    later = a_desk()
+    assert kept.views_of(later) != kept.views_of(desk)
+    kept.restore_views(later)
+    assert kept.views_of(later) == kept.views_of(desk)
+    assert later.layout.shown and later.layout.large == "coronal" and not later.moving.cube
+
+
+@pytest.mark.parametrize(
+    "damaged", ['"slices": 1', '"large-view": "oblique"', '"large-view": []', '"orientation-cube": "no"']
+)
+def test_damaged_switches_are_as_none(damaged: str) -> None:
+    kept.keep(412.5)
+    kept.state_file().write_text("{" + damaged + ', "outlines-in-3d": false}')
+    desk = a_desk()
+    usual = kept.views_of(desk)
+    kept.restore_views(desk)
+    assert kept.views_of(desk) == usual | {"outlines-in-3d": False}

@@ -281,3 +281,35 @@ def test_a_painter_says_that_there_is_no_room(studio: Studio) -> None:
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert answer.kind == "failed" and "File too large: the limit (ulimit -f) is 1024 bytes" in answer.text
+
+
+def test_prepared_arrays_are_kept_until_others_are(pipe: tuple[Sender, Receiver, SharedArrays]) -> None:
+    _, _, shared = pipe
+    one, other, small = np.zeros((64, 64, 64)), np.ones((64, 64, 64)), np.zeros(3)
+    shared.prepare([one, small])
+    shared.keep_only(set())
+    assert copies_made(shared, one) == 0
+    shared.prepare([other])
+    shared.keep_only(set())
+    assert copies_made(shared, other) == 0 and copies_made(shared, one) == 1
+    assert copies_made(shared, small) == 1  # too small to be kept
+
+
+def copies_made(shared: SharedArrays, array: np.ndarray) -> int:
+    """Number of copies that `descriptor` makes of an array."""
+    before = memory_files()
+    shared.descriptor(array)
+    return len(memory_files() - before)
+
+
+def memory_files() -> set[int]:
+    """Memory files that this process has open."""
+    return {int(each) for each in os.listdir("/proc/self/fd") if "texvol-array" in target_of(each)}
+
+
+def target_of(descriptor: str) -> str:
+    """What a descriptor refers to; nothing if it has been closed."""
+    try:
+        return os.readlink(f"/proc/self/fd/{descriptor}")
+    except OSError:
+        return ""

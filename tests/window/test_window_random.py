@@ -121,8 +121,20 @@ def test_random_actions_leave_the_window_whole(
 
 
 def grown(held: list[int]) -> int:
-    """Bytes by which the most in the last quarter is above the most in the second; 0 of a process that only begins."""
+    """Bytes by which the least in the last quarter is above the least in the second; 0 of a process that only begins.
+
+    What leaks stays, and raises the least as much as the most. What comes and goes, 44 MB while the window searches for
+    what shows, is no growth: over 4,000 actions the most varies by that much, the least of any process by 4 MB.
+    """
     if len(held) < _BEGINNING:
         return 0
     quarter = len(held) // 4
-    return max(held[3 * quarter :]) - max(held[quarter : 2 * quarter])
+    return min(held[3 * quarter :]) - min(held[quarter : 2 * quarter])
+
+
+def test_what_stays_is_growth_and_what_comes_and_goes_is_not() -> None:
+    steady = [100 + 2 * number for number in range(40)]
+    assert grown(steady) == 2 * 20
+    assert grown([each + 44 * (number % 7 == 5) for number, each in enumerate(steady)]) == 2 * 20
+    assert grown([100 + 44 * (number > 30 and number % 5 > 0) for number in range(40)]) == 0
+    assert grown([1, 2, 3]) == 0

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -274,3 +276,38 @@ def test_a_step_that_can_not_be_read_is_said_and_the_shown_one_stays(
     assert said(desk).count("its step 3 is damaged") == 1
     went(desk, "step 4")
     assert shown_steps(desk) == [4]
+
+
+def test_steps_are_prepared_on_the_thread_that_reads_before_they_are_shown(folder: Path) -> None:
+    track = Track.of(load("steps.npy", time=0))
+    assert track is not None
+    prepared: list[tuple[str, list[int]]] = []
+    first = VALUES[:, 0, 0, 0].tolist()
+
+    def prepare(arrays: Sequence[np.ndarray]) -> None:
+        prepared.append((threading.current_thread().name, [first.index(each[0, 0, 0]) for each in arrays]))
+
+    ahead = Ahead(lambda: None, prepare=prepare)
+    ahead.ask([track], range(STEPS))
+    waited(ahead, lambda: ahead.steps([track.key], 1) is not None)
+    assert ahead.steps([track.key], 2) is None  # though there is room for it
+    ahead.ask([track], [1, 2, 3])
+    waited(ahead, lambda: ahead.steps([track.key], 2) is not None)
+    assert {name for name, _ in prepared} == {"texvol time steps"}
+    assert [sorted(each) for _, each in prepared][-1] == [1, 2]
+    ahead.close()
+    waited(ahead, lambda: prepared[-1][1] == [])
+
+
+def test_a_step_is_shown_even_if_there_is_no_memory_to_prepare_it(folder: Path) -> None:
+    track = Track.of(load("steps.npy", time=0))
+    assert track is not None
+
+    def prepare(arrays: Sequence[np.ndarray]) -> None:
+        if arrays:
+            raise OSError("no memory")
+
+    ahead = Ahead(lambda: None, prepare=prepare)
+    ahead.ask([track], [3])
+    waited(ahead, lambda: ahead.steps([track.key], 3) is not None)
+    ahead.close()

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,6 +24,7 @@ from texvol.window.stand_in import stand_in
 _OF_FREE = 1 / 8  # of the free memory that steps may take
 _MOST_BYTES = 1 << 30
 _MOST_STEPS = 64
+_PREPARED = 2  # steps that are copied for painting processes: the wanted one, and the next
 
 
 @dataclass(frozen=True)
@@ -89,10 +91,19 @@ class Ahead:
         Called on the thread after each step.
     most_bytes : int, optional
         Memory that steps may take, beside the wanted one.
+    prepare : callable, optional
+        Called on the thread with the arrays of the wanted step and the next one, before these steps are returned. It
+        copies them to where painting processes read them, which takes too long for the window's own thread.
     """
 
-    def __init__(self, wake: Callable[[], None], most_bytes: int | None = None) -> None:
-        self._wake = wake
+    def __init__(
+        self,
+        wake: Callable[[], None],
+        most_bytes: int | None = None,
+        prepare: Callable[[Sequence[NDArray]], None] | None = None,
+    ) -> None:
+        self._wake, self._prepare = wake, prepare
+        self._prepared: dict[tuple[str, int], Volume] = {}
         self._most = min(int(free_memory() * _OF_FREE), _MOST_BYTES) if most_bytes is None else most_bytes
         self._changed = threading.Condition()
         self._tracks: dict[str, Track] = {}
@@ -116,8 +127,9 @@ class Ahead:
             self._changed.notify()
 
     def steps(self, keys: Sequence[str], number: int) -> Steps | None:
-        """Return the volumes of a step, or None if one of them has not been read yet."""
-        found = {key: self._kept.get((key, number)) for key in keys}
+        """Return the volumes of a step, or None if one of them has not been read and prepared yet."""
+        kept = self._kept if self._prepare is None else self._prepared
+        found = {key: kept.get((key, number)) for key in keys}
         return None if None in found.values() else {key: each for key, each in found.items() if each is not None}
 
     def is_bad(self, keys: Sequence[str], number: int) -> bool:
@@ -133,7 +145,7 @@ class Ahead:
         """End the thread and forget all steps."""
         with self._changed:
             self._closed = True
-            self._kept.clear()
+            self._kept, self._prepared = {}, {}
             self._changed.notify()
 
     @property
@@ -163,18 +175,38 @@ class Ahead:
         opened: dict[str, TimeSeries] = {}
         while True:
             with self._changed:
-                while not self._closed and self._next() is None:
+                while not self._closed and self._next() is None and self._to_prepare() is None:
                     self._changed.wait()
                 if self._closed:
                     break
-                found = self._next()
-                assert found is not None
+                found, soon = self._next(), self._to_prepare()
                 for key in opened.keys() - self._tracks.keys():
                     opened.pop(key).close()
-            self._read(opened, *found)
+            if soon is not None:
+                self._make_ready(soon)
+            elif found is not None:
+                self._read(opened, *found)
             self._wake()
+        if self._prepare is not None:
+            self._prepare(())
         for series in opened.values():
             series.close()
+
+    def _to_prepare(self) -> dict[tuple[str, int], Volume] | None:
+        """Return the volumes of the next steps as far as they have been read; None if they have been prepared."""
+        if self._prepare is None:
+            return None
+        soon = {key: each for key, each in self._kept.items() if key[1] in self._order[:_PREPARED]}
+        return None if soon == self._prepared else soon
+
+    def _make_ready(self, soon: dict[tuple[str, int], Volume]) -> None:
+        assert self._prepare is not None
+        arrays = [array for each in soon.values() for array in (each.values, each.colors) if array is not None]
+        with suppress(OSError):  # without memory for the copy, sending the step fails again, and the window says so
+            self._prepare(arrays)
+        with self._changed:
+            if not self._closed:
+                self._prepared = soon
 
     def _read(self, opened: dict[str, TimeSeries], track: Track, number: int) -> None:
         """Open a series, if `number` is negative, or read one of its steps; what fails is not tried again."""

@@ -110,8 +110,11 @@ class Application:
             raise
         self._desk = Desk(director, lambda: self._painter(_REFINER_NICENESS), screen.wake, screen.copy)
         self._desk.textures = Textures(screen)
+        self._desk.times.prepare = self._shared.prepare
         self._closers.callback(self._desk.close)
         self._desk.is_played = is_played
+        if not is_played:
+            kept.restore_views(self._desk)
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
@@ -154,15 +157,15 @@ class Application:
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
         if not desk.is_played:
-            kept.keep(desk.preferences.width, self._size_to_keep())
+            kept.keep(desk.preferences.width, self._size_to_keep(), kept.views_of(desk))
         if plan.timings:
             timings.write(plan.timings, self._timed)
 
     def _size_to_keep(self) -> tuple[int, int] | None:
         """Return the size of the picture if the user has changed that of the window."""
-        desk, viewport = self._desk, self._desk.viewport
+        desk, area = self._desk, self._desk.layout.area
         same = self._screen.size == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
-        return None if same else (round(viewport.width), round(viewport.height))
+        return None if same else (round(area.width), self._screen.size[1])
 
     def frame(self) -> None:
         """Process the events and draw one frame."""
@@ -294,7 +297,8 @@ class Application:
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
-        desk.viewport = desk.layout.arrange(area, scale, desk.document is not None)
+        foot = panels.timebar.room(desk)
+        desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:
             pixels, before = screen.pixels, desk.pixels
             right, down = desk.viewport.width * pixels[0] / width, desk.viewport.height * pixels[1] / height

@@ -37,6 +37,8 @@ class Browser:
         Text of the path field.
     wants_field : bool
         True if the path field is to get the keyboard.
+    led : str
+        Letters that were typed since "/" or "~" led to the path field, until the field is edited.
     moved : bool
         True if the list is to be scrolled to the selected entry.
     """
@@ -55,6 +57,7 @@ class Browser:
     order: tuple[Order, bool] = ("name", False)  # and True if descending
     text: str = ""
     wants_field: bool = False
+    led: str = ""
     moved: bool = False
     listing: Listing = field(init=False)
 
@@ -71,7 +74,7 @@ class Browser:
         self.folder = Path(os.path.abspath(folder))
         if not self.saves:
             self.name, self.text = selected, ""
-        self._typed = ""
+        self._typed = self.led = ""
         self.listing = Listing(self.folder).start(self.wake)
         self.moved = True
 
@@ -96,8 +99,11 @@ class Browser:
 
     def hear(self, event: Event) -> None:
         """Do what a key or a letter says while no field is edited."""
-        if event.kind == "text" and event.name in "/~":
-            self.text, self.wants_field = event.name, True
+        if event.kind == "text" and self.led:  # the field is edited from the frame after the next one on
+            self.text = self.led = self.led + event.name
+        elif event.kind == "text" and event.name in "/~":
+            self.text = self.led = event.name
+            self.wants_field = True
         elif event.kind == "text":
             self._type_ahead(event.name)
         elif event.kind == "key" and event.down:

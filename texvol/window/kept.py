@@ -1,8 +1,13 @@
-"""Width of the panels and size of the picture, kept for the next window in a file of the user's state folder."""
+"""Choices that are kept for the next window, in a file of the user's state folder.
+
+They are the width of the panels, the size of the picture, the layout of slices and 3D view, and the switches of what
+the window draws over the 3D view.
+"""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -10,7 +15,8 @@ from typing import Any
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError
 from texvol.window import recent
-from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL
+from texvol.window.desk import NARROWEST_PANEL, PANEL_WIDTH, WIDEST_PANEL, Desk
+from texvol.window.layout import VIEWS
 
 _MOST_BYTES = 1 << 16
 _LEAST, _MOST = 200, 16384  # sides of a picture: a smaller window is no choice for the next one
@@ -36,8 +42,29 @@ def picture_size() -> tuple[int, int] | None:
     return (width, height) if all(_LEAST <= side <= _MOST for side in size) else None
 
 
-def keep(width: float, size: tuple[int, int] | None = None) -> None:
-    """Keep the width of the panels, and the size of the picture if it is given.
+def views_of(desk: Desk) -> dict[str, bool | str]:
+    """Return the layout, and the switches of what is drawn over the 3D view, by their names in the file."""
+    layout = desk.layout
+    return {
+        "slices": layout.shown, "large-view": layout.large, "outlines-in-3d": layout.planes,
+        "slices-in-3d": layout.pictures, "orientation-cube": desk.moving.cube,
+    }  # fmt: skip
+
+
+def restore_views(desk: Desk) -> None:
+    """Set the layout and the switches that are kept; what is missing or damaged stays as it is."""
+    layout, found = desk.layout, views_of(desk)
+    for name, each in _content().items():
+        known = each in ("", *VIEWS) if name == "large-view" else isinstance(each, bool)
+        if name in found and known:
+            found[name] = each
+    layout.shown, layout.large = bool(found["slices"]), str(found["large-view"])
+    layout.planes, layout.pictures = bool(found["outlines-in-3d"]), bool(found["slices-in-3d"])
+    desk.moving.cube = bool(found["orientation-cube"])
+
+
+def keep(width: float, size: tuple[int, int] | None = None, views: Mapping[str, bool | str] | None = None) -> None:
+    """Keep the width of the panels, and the size of the picture and the views if they are given.
 
     They are lost if the folder can't be written.
     """
@@ -45,6 +72,7 @@ def keep(width: float, size: tuple[int, int] | None = None) -> None:
     content = before | ({"panel-width": width} if width != panel_width() else {})
     if size is not None and min(size) >= _LEAST:
         content |= {"picture-size": list(size)}
+    content |= views or {}
     if content == before:
         return
     with suppress(OSError, RuntimeError, InputError):

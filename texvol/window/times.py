@@ -7,10 +7,11 @@ the next step follows as soon as it has been read, the picture of the last one i
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
 from texvol.window.ahead import Ahead, Track, replacements
@@ -35,6 +36,8 @@ class Times:
         Most steps per second while a film is played.
     shown : list of float
         Moments at which steps were shown, the latest last; at most 30.
+    prepare : callable, optional
+        Copies arrays of the next steps to where painting processes read them, see `Ahead`.
     """
 
     count: int = 1
@@ -45,6 +48,7 @@ class Times:
     ahead: Ahead | None = None
     faults: list[str] = field(default_factory=list)
     shown: list[float] = field(default_factory=list)
+    prepare: Callable[[Sequence[NDArray]], None] | None = None
     _document: Document | None = None
     _volumes: tuple[Volume, ...] = ()
     _tracks: dict[str, list[Volume]] = field(default_factory=dict)
@@ -132,7 +136,7 @@ class Times:
                 found.setdefault(track.key, []).append(volume)
         if tracks and self.ahead is None:
             self.step = self.wanted = tracks[0].step
-            self.ahead = Ahead(wake)
+            self.ahead = Ahead(wake, prepare=self.prepare)
         self._tracks, self._asked = found, ()
         if not tracks:
             self.count, self.playing = 1, False

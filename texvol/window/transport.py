@@ -13,6 +13,8 @@ import io
 import mmap
 import os
 import pickle
+import threading
+from collections.abc import Iterable
 from multiprocessing.connection import Connection
 from multiprocessing.reduction import recv_handle, send_handle
 from types import MappingProxyType
@@ -36,28 +38,61 @@ class SharedArrays:
 
     def __init__(self) -> None:
         self._files: dict[int, tuple[NDArray, int]] = {}
+        self._prepared: frozenset[int] = frozenset()
+        self._changing = threading.Lock()
 
     def descriptor(self, array: NDArray) -> int:
         """Return the descriptor of the memory file with an array's bytes."""
-        if id(array) not in self._files:
-            file = os.memfd_create("texvol-array")
-            try:
-                with open(file, "wb", closefd=False) as stream:
-                    stream.write(np.ascontiguousarray(array).data.cast("B"))
-            except BaseException:
-                os.close(file)
-                raise
-            self._files[id(array)] = array, file
-        return self._files[id(array)][1]
+        known = self._files.get(id(array))
+        if known is not None:
+            return known[1]
+        file = _memory_file(array)  # without the lock: another thread may copy another array
+        with self._changing:
+            _, kept = self._files.setdefault(id(array), (array, file))
+        if kept != file:
+            os.close(file)
+        return kept
+
+    def prepare(self, arrays: Iterable[NDArray]) -> None:
+        """Copy arrays that will be needed soon; they are kept until the next call. May be called on any thread.
+
+        Raises
+        ------
+        OSError
+            If there is no memory for the copies.
+        """
+        arrays = [each for each in arrays if is_large(each)]
+        with self._changing:  # before they are copied, so that `keep_only` does not close their files
+            self._prepared = frozenset(map(id, arrays))
+        for each in arrays:
+            self.descriptor(each)
 
     def keep_only(self, arrays: set[int]) -> None:
-        """Close the memory files of all other arrays; existing mappings stay valid."""
-        for key in [each for each in self._files if each not in arrays]:
-            os.close(self._files.pop(key)[1])
+        """Close the memory files of all arrays but these and the prepared ones; existing mappings stay valid."""
+        with self._changing:
+            for key in self._files.keys() - arrays - self._prepared:
+                os.close(self._files.pop(key)[1])
 
     def close(self) -> None:
         """Close all memory files."""
+        self.prepare(())
         self.keep_only(set())
+
+
+def is_large(array: NDArray) -> bool:
+    """True if an array goes through shared memory."""
+    return array.nbytes > _LARGE
+
+
+def _memory_file(array: NDArray) -> int:
+    file = os.memfd_create("texvol-array")
+    try:
+        with open(file, "wb", closefd=False) as stream:
+            stream.write(np.ascontiguousarray(array).data.cast("B"))
+    except BaseException:
+        os.close(file)
+        raise
+    return file
 
 
 class Sender:
@@ -92,7 +127,7 @@ class Sender:
 
     def token_of(self, thing: Any) -> int | None:
         """Return the number of an object, and send the object if needed; None for objects that are sent by value."""
-        is_array = type(thing) is np.ndarray and thing.nbytes > _LARGE
+        is_array = type(thing) is np.ndarray and is_large(thing)
         if not is_array and not isinstance(thing, _KNOWN_BY_IDENTITY):
             return None
         key = id(thing)

@@ -78,7 +78,10 @@ def _field(browser: Browser) -> None:
         browser.wants_field = False
     imgui.set_next_item_width(-1)
 
-    def complete(data: Any) -> int:
+    def edit(data: Any) -> int:
+        if data.event_flag == imgui.InputTextFlags_.callback_always:
+            _follow_led(data, browser)
+            return 0
         text = browser.completed(data.buf)
         if text != data.buf:
             data.delete_chars(0, data.buf_text_len)
@@ -86,14 +89,33 @@ def _field(browser: Browser) -> None:
         return 0
 
     flags = imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_completion
+    flags |= imgui.InputTextFlags_.callback_always
     hint = "name of the file" if browser.saves else "path; Tab completes it, Enter opens it"
-    entered, text = imgui.input_text_with_hint("##path", hint, browser.text, flags, complete)
+    entered, text = imgui.input_text_with_hint("##path", hint, browser.text, flags, edit)
     imgui.set_item_tooltip(hint)
     if imgui.is_item_active() or entered:
         browser.typing(text)
         browser.name = text if browser.saves else browser.name
     if entered and text:
         browser.enter(text)
+
+
+def _follow_led(data: Any, browser: Browser) -> None:
+    """Put letters that led to the field into it, and the cursor behind them.
+
+    Dear ImGui drops the letters of the frame in which a field gets the keyboard, and selects its text, which the next
+    letter would replace.
+    """
+    if not browser.led:
+        return
+    there = 0  # letters that the field has
+    while there < len(browser.led) and data.buf[there : there + 1] == browser.led[there]:
+        there += 1
+    if there < len(browser.led):
+        data.insert_chars(there, browser.led[there:])
+    data.cursor_pos = data.selection_start = data.selection_end = data.buf_text_len
+    if imgui.get_io().want_text_input:  # from now on the browser hears no letters
+        browser.led = ""
 
 
 def _shortened(text: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from imgui_bundle import imgui, implot
@@ -23,7 +23,7 @@ _DIGITS = 5
 _PLOT = 170.0  # height, window coordinates at scale 1
 _LINE = 1.6  # width of a curve
 _ROWS = 9  # of the table of labels, which scrolls
-_HEADS = ("number of the label", "samples that have it", "their volume in the world")  # tooltips
+_HEADS = ("number and name of the label", "samples that have it", "their volume in the world")  # tooltips
 _LETTERS = 14  # of a volume's name
 _MOST_PLOTTED = 4000  # points of a plotted line
 
@@ -59,13 +59,14 @@ def labels(desk: Desk, document: Document) -> None:
     found = measure_changes.labels_of(desk)
     if found is None:
         imgui.text_disabled("counting …")
-    for each in found or ():
+    tables = [volume.label_table for volume in document.scene.volumes if volume.labels]
+    for each, table in zip(found or (), tables, strict=False):
         if len(found or ()) > 1:
             imgui.text_unformatted(shortened(each.name, 2 * _LETTERS))
-        _labels(each)
+        _labels(each, {} if table is None else {label: entry.name for label, entry in table.entries.items()})
 
 
-def _labels(each: Measured) -> None:
+def _labels(each: Measured, names: Mapping[int, str]) -> None:
     """Show a table of labels, that scrolls if they are many."""
     samples, volumes = each.quantities[0::2], each.quantities[1::2]
     unit = volumes[0].unit if volumes else ""
@@ -89,9 +90,13 @@ def _labels(each: Measured) -> None:
         for position in range(clipper.display_start, clipper.display_end):
             imgui.table_next_row()
             count, volume = samples[position], in_letters(plain(volumes[position].value, 6))
-            for cell in (str(count.label), f"{int(count.value):,}", volume):
+            name = names.get(count.label or 0, "")
+            label = shortened(f"{count.label} {name}", _LETTERS) if name else str(count.label)
+            for column, cell in enumerate((label, f"{int(count.value):,}", volume)):
                 imgui.table_next_column()
                 imgui.text_unformatted(cell)
+                if column == 0 and name:
+                    imgui.set_item_tooltip(name)
     clipper.end()
     imgui.end_table()
 

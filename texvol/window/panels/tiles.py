@@ -28,6 +28,7 @@ from texvol.window.steering import Viewport
 # Colours of planes, ABGR without alpha: those of the axes that they are perpendicular to, red, green and blue.
 COLORS = {"sagittal": 0x5A_5A_FF, "coronal": 0x64_D2_5A, "axial": 0xFF_96_50}
 _LINE, _BORDER, _TITLE = 0xB0_00_00_00, 0xFF_00_00_00, 0xFF_00_00_00  # alpha
+_GROUND = 0xD0_0C_0B_0B  # of headings
 _BEHIND = 0xFF_0C_0B_0B
 _WINDOWING = 300.0  # window coordinates: a drag of this length changes the window by all values
 _ZOOM = 1.15  # for one notch of the wheel
@@ -155,12 +156,24 @@ def _texts(draw: Any, layout: Layout, view: SliceView, name: str) -> None:
     titles = [f"{each}, {layout.zoom:.3g} x" if layout.zoom != 1 else each for each in titles]
     room = box.width / 2 - 3 * margin  # up to the letter in the middle
     title = next((each for each in titles if imgui.calc_text_size(each).x <= room), "")
-    _text(box.x + margin, box.y + margin, title, COLORS[name] | _TITLE)
+    _heading(box.x + margin, box.y + margin, title, COLORS[name] | _TITLE)
     for letter, (across, below) in zip(letters_of(layout.volume, layout.slices[name]) or (), _SIDES, strict=False):
         extent = imgui.calc_text_size(letter)
         x = box.x + margin + across * (box.width - extent.x - 2 * margin)
         y = box.y + margin + below * (box.height - extent.y - 2 * margin)
         _text(x, y, letter)
+
+
+def _heading(x: float, y: float, text: str, color: int) -> None:
+    """Draw text on a dark ground: an outline alone leaves coloured letters hard to read on a bright slice."""
+    if text:
+        extent, margin = imgui.calc_text_size(text), 4 * parts.scale()
+        start, end = (
+            imgui.ImVec2(x - margin, y - margin / 2),
+            imgui.ImVec2(x + extent.x + margin, y + extent.y + margin),
+        )
+        imgui.get_window_draw_list().add_rect_filled(start, end, _GROUND, margin)
+        _text(x, y, text, color)
 
 
 def _text(x: float, y: float, text: str, color: int = 0xFF_FF_FF_FF) -> None:

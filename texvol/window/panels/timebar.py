@@ -15,18 +15,28 @@ _NARROW = 330.0  # below, only buttons and slider are shown
 _ALPHA = 0.85
 
 
+def room(desk: Desk) -> float:
+    """Return the height that the time bar takes with its margins, if it is shown beside slices."""
+    is_shown = desk.times.has_steps and desk.document is not None and desk.layout.shown
+    return _height() + 2 * _MARGIN if is_shown else 0.0
+
+
+def _height() -> float:
+    return imgui.get_frame_height() + 2 * imgui.get_style().window_padding.y
+
+
 def show(desk: Desk) -> None:
-    """Show the time bar, if the scene has several time steps."""
-    times, scale, viewport = desk.times, parts.scale(), desk.viewport
+    """Show the time bar, if the scene has several time steps: below slices, or in the picture if that is alone."""
+    times, scale, area = desk.times, parts.scale(), desk.layout.area
     if not times.has_steps or desk.document is None:
         return
-    width = min(_WIDTH * scale, viewport.width - 2 * _MARGIN)
+    width = min(_WIDTH * scale, area.width - 2 * _MARGIN)
     if width < 4 * imgui.get_frame_height():
         return
-    style = imgui.get_style()
-    height = imgui.get_frame_height() + 2 * style.window_padding.y
-    left = viewport.x + (viewport.width - width) / 2
-    imgui.set_next_window_pos(imgui.ImVec2(left, viewport.y + viewport.height - height - _MARGIN))
+    height = _height()
+    left = area.x + (area.width - width) / 2
+    bottom = area.y + area.height + room(desk) - _MARGIN
+    imgui.set_next_window_pos(imgui.ImVec2(left, bottom - height))
     imgui.set_next_window_size(imgui.ImVec2(width, height))
     imgui.set_next_window_bg_alpha(_ALPHA)
     flags = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_saved_settings
