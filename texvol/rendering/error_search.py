@@ -1,8 +1,8 @@
 """Search for the slab thickness of a maximum error: on few pixels by a finer reference, on all by coarser pictures.
 
-A reference, see `error_control`, costs more than the picture itself. So it is drawn of few rays only, by a small picture
-of the same view. Slabs have to be as thin at least as they are there, since the largest error of all rays is hardly
-smaller than that of few; and a spike of the transfer function that all slabs pass over is found there.
+A reference, see `error_control`, costs more than the picture itself. So it is drawn of few rays only, by a small
+picture of the same view. Slabs have to be as thin at least as they are there, since the largest error of all rays is
+hardly smaller than that of few; and a spike of the transfer function that all slabs pass over is found there.
 
 Where the error is largest among all pixels is known from three pictures I(4d), I(2d), I(d). The coarser ones take three
 quarters of the time of the last one. With the order that they show,
@@ -12,6 +12,10 @@ quarters of the time of the last one. With the order that they show,
 p is at least 1, as in `error_control`, and at most what pictures of a classification can be trusted with: thicker slabs
 may lose what makes the error of thin ones. Slabs are halved, with one more picture each time, until both estimates are
 within the limit.
+
+All pixels are held against the reference, as before, where the largest error may be that of a few lonely rays: by
+slabs thicker than the spacing, which are drawn in no time; and by `post` with a transfer function that changes within
+a small part of the values, since a ray that only just reaches them is off by all that they add, or by nothing.
 """
 
 from __future__ import annotations
@@ -44,11 +48,13 @@ from texvol.rendering.error_control import (
 from texvol.rendering.settings import Settings
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
+from texvol.textures.value_storage import bulk_of
 from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, NoRoomError
 
 # Largest order that is believed: SAFETY then covers what 160 random scenes at four thicknesses were off.
 _MOST_ORDER = {"slab": 1.3, "extinction": 1.75, "post": 1.75, "integrated": 1.5}
+_LONELY = 1 / 40  # of the values: a transfer function that changes within less is off on lonely rays
 _MARGIN = 1.25  # of the error of few pixels, which miss the largest one: the pictures of all pixels find that
 _FEW = 8  # times fewer pixels along each side of a small picture, but
 _LEAST_FEW = 48  # are as many at least
@@ -104,7 +110,7 @@ def refined(
     known : callable
         Returns the part of a picture's error that does not depend on its slabs.
     least : float
-        Error of few pixels.
+        Error of few pixels, all parts of it.
     most_order : float
         See `extrapolated`.
     finest : float
@@ -115,7 +121,7 @@ def refined(
     while True:
         picture = draw(spacing / rate)
         last = largest_difference(coarser, picture)
-        error = max(extrapolated(before, last, most_order), least) + known(picture)
+        error = max(extrapolated(before, last, most_order) + known(picture), least)
         if error <= wanted or rate >= finest:
             return Choice(spacing / rate, error, error <= wanted, picture, Begin(rate, begin.reference))
         rate, coarser, before = 2 * rate, picture, last
@@ -171,10 +177,15 @@ class ErrorSearch:
         return choice
 
     def _extrapolated(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the choice by few pixels of a reference, and all pixels of coarser pictures."""
+        """Return the choice by few pixels of a reference and all pixels of coarser pictures.
+
+        Where slabs are thicker than the spacing all pixels are held against the reference.
+        """
         with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
             few = self._search(scene, fewer(size), settings, wanted / _MARGIN)
         rate = few.begin.rate
+        if rate < 1:
+            return self._held_against_reference(scene, size, settings, wanted, few.begin)
         progress.expect(lambda: forecast.of_refining(scene, size, settings, rate))
         return refined(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
@@ -183,14 +194,17 @@ class ErrorSearch:
             wanted,
             lambda picture: self._rounding(scene) + rounding_in(picture) + settings.early_termination,
             _MARGIN * few.estimated_error,
-            _MOST_ORDER[scene.classification],
+            ORDER if _has_lonely_errors(scene) else _MOST_ORDER[scene.classification],
             finest_rate(scene),
         )
 
-    def _held_against_reference(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the choice by a reference of all pixels; the search begins with `foresee`."""
-        with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
-            begin = self.foresee(scene, size, settings, wanted).begin
+    def _held_against_reference(
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
+    ) -> Choice:
+        """Return the choice by a reference of all pixels; the search begins with `foresee` unless told."""
+        if begin is None:
+            with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
+                begin = self.foresee(scene, size, settings, wanted).begin
         progress.expect(lambda: forecast.of_search(scene, size, settings, begin.rate, begin.reference))
         return self._search(scene, size, settings, wanted, begin)
 
@@ -222,4 +236,17 @@ def _may_extrapolate(scene: CompleteScene, size: Size, settings: Settings, wante
     in_memory = scene.mode == "composite" and not isinstance(scene.volume, LargeVolume)
     formats = settings.texture_format, settings.target_format, settings.slicing
     exact = formats == ("rgba32f", "rgba32f", "stacks") and settings.early_termination <= _MOST_TERMINATION * wanted
-    return in_memory and exact and fewer(size) != size
+    post = scene.classification == "post" and in_memory and _has_lonely_errors(scene)
+    return in_memory and exact and not post and fewer(size) != size
+
+
+def _has_lonely_errors(scene: CompleteScene) -> bool:
+    """True if a value is classified when it is drawn, and its medium changes within a small part of the values."""
+    return scene.classification in ("post", "integrated") and any(map(_changes_fast, scene.each_alone()))
+
+
+def _changes_fast(alone: CompleteScene) -> bool:
+    medium, (low, high) = alone.medium, bulk_of(alone.volume)
+    changes = (np.diff(medium.extinctions) != 0) | (np.diff(medium.colors, axis=0) != 0).any(axis=1)
+    narrowest = np.diff(medium.values)[changes].min(initial=np.inf)
+    return bool(narrowest < _LONELY * (high - low))
