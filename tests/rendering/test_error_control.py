@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.error_control import SIZE, excess, random_scene, remembered
+from support.error_control import SIZE, outcomes, random_scene
 
-from texvol.ray_casting import raycast
-from texvol.rendering.error_control import SAFETY, Begin, Choice, converging, estimate, thickness_for_error
+from texvol.rendering.error_control import SAFETY, Begin, Choice, estimate, thickness_for_error
 from texvol.rendering.renderer import Renderer
 
 
@@ -103,21 +102,9 @@ def test_an_estimate_is_an_upper_bound_at_first_order() -> None:
 
 def test_random_scenes_keep_the_error_that_was_asked_for() -> None:
     """A few of those that scripts/error_control.py draws; there 99 in a hundred keep it."""
-    random = np.random.default_rng(11)
-    kept, frugal = [], []
+    random, wanted = np.random.default_rng(11), (3e-2, 3e-3)
     with Renderer() as renderer:
-        for _ in range(8):
-            scene = random_scene(random, [])
-            truth, draw = raycast(scene, SIZE), remembered(renderer, scene)
-            draw_reference = remembered(renderer, converging(scene))
-            spacing, alone = scene.volume.smallest_spacing, converging(scene) is not scene
-
-            def error(picture: np.ndarray, truth: np.ndarray = truth) -> float:
-                return float(np.abs(picture - truth).max())
-
-            for wanted in (3e-2, 3e-3):
-                choice = thickness_for_error(draw, draw_reference, spacing, wanted, converges_alone=alone)
-                kept.append(error(choice.picture) <= wanted or not choice.reached)
-                frugal.append(excess(draw, error, spacing, choice.slab_thickness, wanted) <= 2)
-    assert all(kept)
-    assert np.mean(frugal) >= 0.9
+        found = [each for _ in range(8) for each in outcomes(renderer, random_scene(random, []), SIZE, wanted)]
+    asked = wanted * 8
+    assert all(each.true <= limit or not each.reached for each, limit in zip(found, asked, strict=True))
+    assert np.mean([each.finer <= 2 for each in found]) >= 0.9

@@ -1,28 +1,34 @@
 """Ask for errors on random scenes and hold what comes against the oracle; prints a table in Markdown.
 
-    python scripts/error_control.py [--scenes N] [--data FOLDER] [--seed S]
+    python scripts/error_control.py [--scenes N] [--data FOLDER] [--seed S] [--side PIXELS]
 
 Scenes: noise at several scales on grids of 12 to 48 samples, and crops of the real volumes in FOLDER where it is given;
 random transfer functions (smooth, steep, with steps and spikes), cameras and classifications. For each wanted error: in
-how many scenes the true error is within it, and how many halvings finer than necessary the slabs were.
+how many scenes the true error is within it, how many halvings finer than necessary the slabs were, how many estimates
+are less than the true error, and how many slabs the search drew in all per slab of the picture that it chose.
 """
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+import warnings
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from texvol import load
 from texvol.ray_casting import raycast
-from texvol.rendering.error_control import Draw, converging, thickness_for_error
+from texvol.rendering.error_control import Choice
+from texvol.rendering.error_search import ErrorSearch
 from texvol.rendering.renderer import Renderer
+from texvol.rendering.settings import Settings
 from texvol.scene.camera import Camera
-from texvol.scene.scene import CLASSIFICATIONS, Scene
+from texvol.scene.scene import CLASSIFICATIONS, CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.util.errors import AccuracyWarning
 
 WANTED = (1e-1, 3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 SIZE = (96, 96)
@@ -82,26 +88,79 @@ def random_scene(random: np.random.Generator, volumes: list[Volume]) -> Scene:
     return Scene(volume, transfer_function(random, values), camera(random, volume), classification=classification)  # type: ignore[arg-type]
 
 
-def remembered(renderer: Renderer, scene: Scene) -> Draw:
-    """Draws the scene at a thickness, once."""
-    pictures: dict[float, np.ndarray] = {}
+class Remembered:
+    """Draws a scene and its references, each once; `pixels_of_slabs` counts rays times rate, as if each were drawn."""
 
-    def draw(thickness: float) -> np.ndarray:
-        if thickness not in pictures:
-            pictures[thickness] = renderer.render(
-                scene, SIZE, slab_thickness=thickness, texture_format="rgba32f", target_format="rgba32f"
-            )
-        return pictures[thickness]
+    def __init__(self, renderer: Renderer) -> None:
+        self._renderer = renderer
+        self._pictures: dict[tuple[str, tuple[int, int], float], np.ndarray] = {}
+        self.pixels_of_slabs = 0.0
 
-    return draw
+    def __call__(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
+        thickness = settings.slab_thickness
+        self.pixels_of_slabs += size[0] * size[1] * scene.smallest_spacing / thickness
+        key = scene.classification, size, thickness
+        if key not in self._pictures:
+            exact = {"slab_thickness": thickness, "texture_format": "rgba32f", "early_termination": 0.0}
+            self._pictures[key] = np.asarray(self._renderer.render(scene, size, **exact))
+        return self._pictures[key]
 
 
-def excess(draw: Draw, truth: Callable[[np.ndarray], float], spacing: float, chosen: float, wanted: float) -> int:
+def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> Choice:
+    """Return the choice for a wanted error of a picture of a size."""
+    settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)
+        return ErrorSearch(draw, draw, lambda scene: 0.0).choose(scene.completed(size), size, settings, wanted)
+
+
+def excess(
+    draw: Callable[[float], np.ndarray],
+    error: Callable[[np.ndarray], float],
+    spacing: float,
+    thickness: float,
+    wanted: float,
+) -> int:
     """How many times the chosen thickness could be doubled with the true error still within what was wanted."""
     doublings = 0
-    while chosen * 2 ** (doublings + 1) <= 16 * spacing and truth(draw(chosen * 2 ** (doublings + 1))) <= wanted:
+    while thickness * 2 ** (doublings + 1) <= 16 * spacing and error(draw(thickness * 2 ** (doublings + 1))) <= wanted:
         doublings += 1
     return doublings
+
+
+class Outcome(NamedTuple):
+    """Outcome of a search for one wanted error of a scene."""
+
+    reached: bool
+    true: float  # error
+    estimated: float
+    finer: int  # halvings beyond what was needed
+    cost: float  # slabs that were drawn, per slab of the chosen picture
+
+
+def outcomes(renderer: Renderer, scene: Scene, size: tuple[int, int], all_wanted: Sequence[float]) -> list[Outcome]:
+    """Search for each wanted error, and hold the pictures against the oracle."""
+    truth, draw, spacing = raycast(scene, size), Remembered(renderer), scene.volume.smallest_spacing
+    complete, found = scene.completed(size), []
+
+    def at(thickness: float) -> np.ndarray:
+        return draw(complete, size, Settings(thickness, "rgba32f", "rgba32f", 0.0, skip_empty=True))
+
+    def error(picture: np.ndarray) -> float:
+        return float(np.abs(picture - truth).max())
+
+    for wanted in all_wanted:
+        draw.pixels_of_slabs = 0.0
+        choice = chosen(draw, scene, size, wanted)
+        own = size[0] * size[1] * spacing / choice.slab_thickness
+        cost, true = draw.pixels_of_slabs / own, error(choice.picture)
+        finer = excess(at, error, spacing, choice.slab_thickness, wanted)
+        found.append(Outcome(choice.reached, true, choice.estimated_error, finer, cost))
+        if choice.reached and true > wanted:
+            rate = spacing / choice.slab_thickness
+            found_so = f"true {true:.2g}, estimated {choice.estimated_error:.2g}, rate {rate:g}"
+            print(f"<!-- {scene.classification} wanted {wanted:g}: {found_so} -->", flush=True)
+    return found
 
 
 def main() -> None:
@@ -109,41 +168,34 @@ def main() -> None:
     parser.add_argument("--scenes", type=int, default=200)
     parser.add_argument("--data", type=Path)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--side", type=int, default=SIZE[0], help="pixels along each side of the pictures")
     arguments = parser.parse_args()
     random = np.random.default_rng(arguments.seed)
     paths = [arguments.data / file for file in FILES] if arguments.data else []
     volumes = [load(path) for path in paths if path.exists()]
-    rows: dict[float, list[tuple[bool, float, int]]] = {wanted: [] for wanted in WANTED}
+    rows: dict[float, list[Outcome]] = {wanted: [] for wanted in WANTED}
+    size = arguments.side, arguments.side
     with Renderer() as renderer:
-        for number in range(arguments.scenes):
+        for _ in range(arguments.scenes):
             scene = random_scene(random, volumes)
-            spacing = scene.volume.smallest_spacing
-            truth, draw = raycast(scene, SIZE), remembered(renderer, scene)
-            reference = converging(scene)
-            draw_reference = draw if reference is scene else remembered(renderer, reference)
-
-            def error(picture: np.ndarray, truth: np.ndarray = truth) -> float:
-                return float(np.abs(picture - truth).max())
-
-            for wanted, results in rows.items():
-                choice = thickness_for_error(
-                    draw, draw_reference, spacing, wanted, converges_alone=reference is not scene
-                )
-                if error(choice.picture) > wanted and choice.reached:
-                    print(
-                        f"<!-- scene {number} {scene.classification} wanted {wanted:g}: true "
-                        f"{error(choice.picture):.2g}, estimated {choice.estimated_error:.2g}, rate "
-                        f"{spacing / choice.slab_thickness:g} -->",
-                        flush=True,
-                    )
-                finer = excess(draw, error, spacing, choice.slab_thickness, wanted)
-                results.append((choice.reached, error(choice.picture), finer))
-    print(f"{arguments.scenes} scenes, {len(volumes)} real volumes, seed {arguments.seed}\n")
-    print("| wanted | said to be reached | of these within | at most two halvings too fine | median true / wanted |")
-    print("|---|---|---|---|---|")
+            for wanted, outcome in zip(WANTED, outcomes(renderer, scene, size, WANTED), strict=True):
+                rows[wanted].append(outcome)
+    print(
+        f"{arguments.scenes} scenes, {len(volumes)} real volumes, seed {arguments.seed}, {size[0]}x{size[1]} pixels\n"
+    )
+    print(
+        "| asked for | said to be reached | of these within | at most two halvings too fine | median true / asked for "
+        "| estimates below the truth | slabs drawn / of the picture, median | 90 % |"
+    )
+    print("|---|---|---|---|---|---|---|---|")
     for wanted, results in rows.items():
-        reached = [(true, finer) for said, true, finer in results if said]
-        within = np.mean([true <= wanted for true, _ in reached])
-        frugal = np.mean([finer <= 2 for _, finer in reached])
-        ratio = np.median([true / wanted for true, _ in reached])
-        print(f"| {wanted:g} | {len(reached)} | {within:.1%} | {frugal:.1%} | {ratio:.2f} |")
+        reached = [each for each in results if each.reached]
+        within = np.mean([each.true <= wanted for each in reached])
+        frugal = np.mean([each.finer <= 2 for each in reached])
+        ratio = np.median([each.true / wanted for each in reached])
+        below = np.mean([each.estimated < each.true for each in results])
+        cost = np.quantile([each.cost for each in reached], (0.5, 0.9))
+        print(
+            f"| {wanted:g} | {len(reached)} | {within:.1%} | {frugal:.1%} | {ratio:.2f} | {below:.1%} "
+            f"| {cost[0]:.1f} | {cost[1]:.1f} |"
+        )

@@ -17,12 +17,11 @@ thickness. It is drawn just finely enough for its own error, known from its last
 
     e(d) <= max |I(d) - J(f)| + max |J(f) - J(2f)| · 2^-p / (1 - 2^-p)
 
-`ErrorSearch` begins at the rates found for a picture of a sixteenth of the pixels.
+`ErrorSearch` (error_search.py) does so on few pixels, and extrapolates to all of them.
 """
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -30,12 +29,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering import forecast
 from texvol.rendering.settings import Settings
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
-from texvol.util import progress
-from texvol.util.errors import AccuracyWarning, NoRoomError
+from texvol.util.errors import NoRoomError
 
 ORDER = 1.0
 # For rounding, and for pictures in which steps break order 1 here and there: it keeps the error in 99 % of 200 random
@@ -46,10 +43,7 @@ SURFACE_ROUNDING = 2e-5
 EXTREME_ROUNDING = 4e-6
 _MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times as long as the picture
 _LEAST_ESTIMATED = 48  # pixels along each side of a small picture: fewer may miss the largest error
-_COARSEST_RATE, _FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
-
-_USUAL_ORDER = 1.5  # of the error, for the forecast of a search
-_FORESEEN = 0.25  # fraction of the time of a search that goes into small pictures
+_COARSEST_RATE, FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 
 AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
@@ -106,7 +100,7 @@ def thickness_for_error(
     begin: Begin | None = None,
     *,
     converges_alone: bool = False,
-    finest: float = _FINEST_RATE,
+    finest: float = FINEST_RATE,
     rounding: Callable[[], float] = lambda: 0.0,
     relative: float = ROUNDING,
     told: Callable[[float, float], None] = lambda rate, excess: None,
@@ -215,7 +209,7 @@ class _HeldAgainstAnother:
 
     def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
         """Return the estimate from the reference as it is."""
-        known = self.own_error + _rounding_in(self._picture) + self._rounding()
+        known = self.own_error + rounding_in(self._picture) + self._rounding()
         return largest_difference(picture, self._picture) + known
 
     def _refine(self) -> None:
@@ -230,7 +224,7 @@ class _HeldAgainstAnother:
 
 def finest_rate(scene: Scene) -> float:
     """Largest rate, in slabs per smallest spacing, at which a reference of twice the rate can still be drawn."""
-    return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / _thinnest(scene) / 2, 1, _FINEST_RATE))))
+    return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / _thinnest(scene) / 2, 1, FINEST_RATE))))
 
 
 def _thinnest(scene: Scene) -> float:
@@ -254,7 +248,7 @@ def estimate(
 ) -> float:
     """Estimate the maximum error from a finer picture: its slabs are halved `halvings` times; infinite means exact."""
     off = SAFETY * largest_difference(picture, finer) / (1 - 2.0 ** (-ORDER * halvings))
-    return off + _rounding_in(finer, rounding)
+    return off + rounding_in(finer, rounding)
 
 
 def estimate_by_finer(
@@ -292,7 +286,8 @@ def largest_difference(picture: NDArray[np.float32], other: NDArray[np.float32])
         return float(np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other)).max())
 
 
-def _rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> float:
+def rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> float:
+    """Return the error by rounding, from the rounding relative to the largest number of a picture or 1."""
     numbers = np.abs(picture[..., :3])
     brightest = float(numbers[np.isfinite(numbers)].max(initial=0.0))
     return rounding * max(brightest, 1.0)
@@ -307,72 +302,3 @@ def smaller(size: Size) -> Size:
     """Return a size of a sixteenth of the pixels, with at least _LEAST_ESTIMATED along each side."""
     width, height = (max(side // 4, min(side, _LEAST_ESTIMATED)) for side in size)
     return width, height
-
-
-class ErrorSearch:
-    """Search for slab thicknesses; it remembers the last rates found with a small picture.
-
-    `draw` draws a scene with the settings, `draw_exactly` without the rounding and early termination in them;
-    `rounding` returns the error that the rounding of values adds to the scene that was drawn last.
-    """
-
-    def __init__(self, draw: DrawScene, draw_exactly: DrawScene, rounding: Callable[[CompleteScene], float]) -> None:
-        self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
-        self._last: tuple[CompleteScene, tuple[Size, Settings, float], Choice] | None = None
-
-    def foresee(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the choice for a picture of a sixteenth of the pixels.
-
-        The largest error of all pixels is hardly more than twice that of a sixteenth of them, so half of the error is
-        requested of the small picture.
-        """
-        asked = size, replace(settings, slab_thickness=0.0), wanted
-        if self._last is None or self._last[0] is not scene or self._last[1] != asked:
-            found = self._search(scene, smaller(size), settings, wanted / 2)
-            # A reference is expensive and refines itself if it has to, so it begins as for twice the error.
-            begin = replace(found.begin, reference=found.begin.reference / 2)
-            self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
-        return self._last[2]
-
-    def choose(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the picture of the coarsest slabs that keep the error; the search begins with `foresee`.
-
-        Warns
-        -----
-        AccuracyWarning
-            If the error cannot be reached.
-        """
-        with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
-            begin = self.foresee(scene, size, settings, wanted).begin
-        progress.expect(lambda: forecast.of_search(scene, size, settings, begin.rate, begin.reference))
-        choice = self._search(scene, size, settings, wanted, begin)
-        if not choice.reached:
-            warnings.warn(
-                f"requested error of {wanted:g} not reached: {choice.estimated_error:.2g} by estimate, "
-                f"at slab thickness {choice.slab_thickness:g}",
-                AccuracyWarning,
-                stacklevel=4,
-            )
-        return choice
-
-    def _search(
-        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
-    ) -> Choice:
-        reference = converging(scene)
-
-        def told(rate: float, excess: float) -> None:
-            finer = min(rate * excess ** (1 / _USUAL_ORDER), _FINEST_RATE)
-            progress.expect(lambda: forecast.of_search(scene, size, settings, finer, finer))
-
-        return thickness_for_error(
-            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
-            lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
-            scene.smallest_spacing,
-            wanted,
-            begin,
-            converges_alone=reference is not scene,
-            finest=finest_rate(scene),
-            rounding=lambda: self._rounding(scene),
-            relative=rounding_of(scene),
-            told=told,
-        )

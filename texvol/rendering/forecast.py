@@ -21,9 +21,9 @@ Size = tuple[int, int]
 _OF_A_SLAB, _OF_A_LIT_SLAB = 2e-9, 5e-9  # where a ray crosses it
 _OF_A_PIXEL, _LEAST = 1e-7, 0.02  # seconds of a pixel, and of a picture of few
 _USUAL_RATE = 2.0  # that an error asks for, as long as nothing is known of it
-# Pictures of an error's search, in pictures at the rate that it ends with: this one, its reference of twice the rate,
-# one of half the reference's, and small ones before them.
-_SEARCH = 4.5
+# Pictures of an error's search, in pictures at the rate that it ends with: this one, those of twice and four times the
+# slabs, and small ones before them.
+_SEARCH = 2.25
 
 
 def of_drawing(scene: CompleteScene, size: Size, settings: Settings) -> float:
@@ -75,4 +75,11 @@ def of_search(scene: CompleteScene, size: Size, settings: Settings, rate: float,
     """Return about how long a search for an error takes that begins at these rates, with textures as they are."""
     spacing = scene.smallest_spacing
     rates = (rate, reference, 2 * reference)
+    return sum(of_drawing(scene, size, replace(settings, slab_thickness=spacing / each)) for each in rates)
+
+
+def of_refining(scene: CompleteScene, size: Size, settings: Settings, rate: float) -> float:
+    """Return about how long pictures take that end at this rate, each at twice the rate of the one before."""
+    spacing = scene.smallest_spacing
+    rates = (rate / 4, rate / 2, rate)
     return sum(of_drawing(scene, size, replace(settings, slab_thickness=spacing / each)) for each in rates)

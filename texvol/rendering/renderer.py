@@ -20,7 +20,7 @@ from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.default_rate import DefaultRate
-from texvol.rendering.error_control import ErrorSearch
+from texvol.rendering.error_search import ErrorSearch
 from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.late_estimate import estimates
 from texvol.rendering.model_error import AskedOfModel
