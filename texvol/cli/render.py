@@ -183,7 +183,7 @@ def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Render
     from texvol.opengl.piecewise import PiecewiseCompositor
     from texvol.rendering.renderer import Renderer
 
-    stage("drawing")
+    stage("drawing and checking" if arguments.check else "drawing")
     workers = workers_of(arguments)
     if workers is None:
         how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
