@@ -2,18 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import pty
 import re
-import select
-import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
-from support.windows import PATIENCE, REPOSITORY
+from support.terminals import on_terminal
 
 SHOWN = re.compile(r"texvol: drawing (\d+) %, \d+ s")
 
@@ -24,30 +18,6 @@ def volume(tmp_path: Path) -> str:
     z, y, x = np.mgrid[tuple(slice(-1, 1, 110 * 1j) for _ in range(3))].astype(np.float32)
     np.save(tmp_path / "ball.npy", (200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 20 * np.sin(60 * x * y)).astype(np.int16))
     return "ball.npy"
-
-
-def on_terminal(folder: Path, words: list[str], interrupt_when: Callable[[str], bool]) -> tuple[int, str, float]:
-    """Run a command on a terminal; return its status, what it printed, and the seconds from ctrl-C to its end."""
-    process, terminal = pty.fork()
-    if process == 0:
-        os.chdir(folder)
-        os.execve(
-            sys.executable, [sys.executable, "-m", "texvol", *words], os.environ | {"PYTHONPATH": str(REPOSITORY)}
-        )
-    printed, pressed, end = "", 0.0, time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        if not select.select([terminal], [], [], 0.05)[0]:
-            continue
-        try:
-            printed += os.read(terminal, 65536).decode(errors="replace")
-        except OSError:  # the command has ended
-            break
-        if not pressed and interrupt_when(printed):
-            os.write(terminal, b"\x03")
-            pressed = time.monotonic()
-    _, status = os.waitpid(process, 0)
-    os.close(terminal)
-    return os.waitstatus_to_exitcode(status), printed, time.monotonic() - pressed if pressed else 0.0
 
 
 def test_the_fraction_that_is_drawn_never_falls(volume: str, tmp_path: Path) -> None:

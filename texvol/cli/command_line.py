@@ -22,6 +22,7 @@ from texvol.cli.completion import add_completion
 from texvol.cli.convert import add_convert
 from texvol.cli.convert_tf import add_convert_tf
 from texvol.cli.demo import add_demo
+from texvol.cli.devices import add_devices
 from texvol.cli.diff import add_diff
 from texvol.cli.help import add_help_command
 from texvol.cli.info import add_info
@@ -63,6 +64,7 @@ _COMMANDS = (
         add_convert_tf,
         add_demo,
         add_presets,
+        add_devices,
         add_completion,
     ),
     add_help_command,

@@ -16,6 +16,11 @@ def add_backend(group: argparse._ActionsContainer) -> None:
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
 
 
+def add_device(group: argparse._ActionsContainer) -> None:
+    """Add --device."""
+    group.add_argument("--device", metavar="N|NAME", help="one of `texvol devices`, by number or part of its name")
+
+
 def add_spacing(parser: argparse.ArgumentParser) -> None:
     """Add --spacing, for commands without scene options."""
     parser.add_argument("--spacing", type=texts.triple, metavar="X,Y,Z", help="overrides the file's spacing")

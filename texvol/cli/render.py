@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from texvol.cli import courses
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
-from texvol.cli.common import add_backend, add_depth, check_outputs
+from texvol.cli.common import add_backend, add_depth, add_device, check_outputs
 from texvol.cli.summary import reasons, summary
 from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.films import containers as film_formats
@@ -119,6 +119,7 @@ def _add_textures(group: Any) -> None:
         help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
     )  # fmt: skip
     add_backend(group)
+    add_device(group)
     group.add_argument(
         "--stats", type=texts.file_name, metavar="FILE.json", help="write settings, seconds and estimated error"
     )
@@ -183,11 +184,11 @@ def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Render
     from texvol.opengl.piecewise import PiecewiseCompositor
     from texvol.rendering.renderer import Renderer
 
-    stage("drawing")
+    stage("drawing and checking" if arguments.check else "drawing")
     workers = workers_of(arguments)
     if workers is None:
         how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
-        with Renderer(arguments.backend, **how) as renderer:
+        with Renderer(arguments.backend, device=arguments.device, **how) as renderer:
             yield renderer
         return
     from texvol.distributed.renderer import DistributedRenderer
@@ -283,6 +284,8 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
     if arguments.stats:
         writing.check_writable(arguments.stats)
     check_outputs(arguments, scene_options)
+    if arguments.device is not None and (arguments.workers is not None or arguments.dask is not None):
+        raise InputError("--device does not go with --workers and --dask, which choose their own")
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     courses.check(arguments, scene_options)

@@ -9,6 +9,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from texvol.cli.common import add_device
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
@@ -45,6 +46,7 @@ def add_view(commands: Any) -> None:
     viewers = partial(texts.count, what="viewers")
     served.add_argument("--viewers", type=viewers, metavar="N", help="browsers that may look at it at once (1)")
     served.add_argument("--backend", choices=("auto", "egl", "osmesa"), help="OpenGL library that draws it (auto)")
+    add_device(served)
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
@@ -84,7 +86,7 @@ def _served(arguments: argparse.Namespace) -> Any:
     from texvol.window.remote.address import address, is_address, token
 
     if arguments.serve is None:
-        for name in ("token", "viewers", "backend"):
+        for name in ("token", "viewers", "backend", "device"):
             if getattr(arguments, name) is not None:
                 raise InputError(f"--{name} is of a window in a browser: give --serve with it")
         return None
@@ -105,7 +107,7 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
     exchange = Exchange(viewers)
     server = closers.enter_context(Server(exchange, address, arguments.token, viewers))
     print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
-    return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto"))
+    return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto", device=arguments.device))
 
 
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:

@@ -66,7 +66,7 @@ class ShearWarp(Method):
         intermediate, corner, slice_number = self._composited(view, axis)
         picture = np.empty((size[1], size[0], 4))
         maps = _warp(view, axis, slice_number) - np.array([[0, 0, corner[0]], [0, 0, corner[1]]])
-        over_rows(lambda rows: resample(intermediate, maps, rows.start, picture[rows]), size[1])
+        over_rows(lambda rows: resample(intermediate, maps, rows.start, picture[rows]), picture.shape)
         return with_background(picture, self.scene)
 
     def _composited(self, view: GridView, axis: int) -> tuple[Numbers, NDArray[np.int64], int]:
@@ -92,7 +92,7 @@ class ShearWarp(Method):
             part = picture[rows], links[rows]
             _composite(self._encoded[axis], numbers, place, self.least_transmittance, rows.start, *part)
 
-        over_rows(composite, height)
+        over_rows(composite, picture.shape)
         return picture, low.astype(np.int64), front
 
 

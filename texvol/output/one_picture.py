@@ -26,7 +26,9 @@ _ALSO = {"tf": "transfer_function", "light": "lighting"}  # names of options, fo
 _PARTS = tuple(field.name for field in fields(Scene) if field.name != "volume")
 
 
-def render(what: Any, size: Any = None, *, backend: str = "auto", **how: Any) -> Picture:
+def render(
+    what: Any, size: Any = None, *, backend: str = "auto", device: int | str | None = None, **how: Any
+) -> Picture:
     """Return the picture of a scene, or of anything that holds a volume, drawn by a renderer of its own.
 
     Parameters
@@ -36,6 +38,8 @@ def render(what: Any, size: Any = None, *, backend: str = "auto", **how: Any) ->
     size : (width, height) or int, optional
         Pixels; that of the scene file or 512 x 512 by default.
     backend : "auto", "egl" or "osmesa"
+    device : int or str, optional
+        As for `Renderer`.
     how
         Arguments of `Renderer.render`, such as `max_error`. If `what` is no Scene: options of scene files, such as
         `tf="ct-bone"`, `light="head"` or `view="front"`; parts of a `Scene`, such as `camera=Camera(…)`, which win over
@@ -48,7 +52,7 @@ def render(what: Any, size: Any = None, *, backend: str = "auto", **how: Any) ->
     """
     accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
     scene, size_of_scene = scene_of(what, size, **how)
-    with Renderer(backend) as renderer:
+    with Renderer(backend, device=device) as renderer:
         return renderer.render(scene, size_of_scene, **accuracy)
 
 

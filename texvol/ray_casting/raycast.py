@@ -62,7 +62,13 @@ Draw = Callable[[Choose, Tell], Numbers]
 TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between ends of rays to a picture of zeros
 
 
-def raycast(scene: Scene, size: tuple[int, int] = (512, 512), *, texture_refinement: int = 1) -> NDArray[np.float64]:
+def raycast(
+    scene: Scene,
+    size: tuple[int, int] = (512, 512),
+    *,
+    texture_refinement: int = 1,
+    tell: Tell = lambda fraction: None,
+) -> NDArray[np.float64]:
     """Return the exact picture of a scene, shape (height, width, 4), to about 1e-9.
 
     The picture is linear and premultiplied, row 0 on top; the background is included, times 1 - opacity. In the modes
@@ -78,6 +84,8 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512), *, texture_refinem
     texture_refinement : 1, 2 or 4
         The medium of the classifications slab and extinction is that of a grid so many times finer, as in
         `Renderer.render`.
+    tell : callable
+        Is told again and again what fraction of the pixels is there.
 
     Raises
     ------
@@ -85,10 +93,12 @@ def raycast(scene: Scene, size: tuple[int, int] = (512, 512), *, texture_refinem
         If the size is not at least one pixel in each direction, or the grid of the scene cannot be refined.
     """
     scene.check_size(size := checked_size(size))
-    return _timed(refined_scene(scene.completed(size), texture_refinement), size, lambda array: array)
+    return _timed(refined_scene(scene.completed(size), texture_refinement), size, lambda array: array, tell)
 
 
-def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]) -> Numbers:
+def raycast_pixels(
+    scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp], tell: Tell = lambda fraction: None
+) -> Numbers:
     """Return some pixels of the picture that `raycast` returns, shape (n, 4).
 
     Parameters
@@ -97,10 +107,12 @@ def raycast_pixels(scene: Scene, size: tuple[int, int], pixels: NDArray[np.intp]
         Of the whole picture.
     pixels : array of shape (n, 2)
         Column and row of each, counted from the top left.
+    tell : callable
+        Is told again and again what fraction of them is there.
     """
     scene.check_size(size := checked_size(size))
     columns, rows = pixels.T
-    return _timed(scene, size, lambda array: array[rows, columns][:, np.newaxis])[:, 0]
+    return _timed(scene, size, lambda array: array[rows, columns][:, np.newaxis], tell)[:, 0]
 
 
 def raycast_progressively(
@@ -161,10 +173,10 @@ def _lattices(step: int) -> Iterator[tuple[int, int, int]]:
         yield row, column, 2 * step
 
 
-def _timed(scene: Scene, size: tuple[int, int], choose: Choose) -> Numbers:
+def _timed(scene: Scene, size: tuple[int, int], choose: Choose, tell: Tell) -> Numbers:
     scene.check_unchanged()
     start = time.perf_counter()
-    picture = _drawer(scene.completed(size), size)(choose, lambda fraction: None)
+    picture = _drawer(scene.completed(size), size)(choose, tell)
     _remember(scene, (time.perf_counter() - start) / max(picture.shape[0] * picture.shape[1], 1))
     return picture
 
@@ -222,7 +234,7 @@ def _draw(scene: CompleteScene, size: tuple[int, int], trace: Trace, choose: Cho
 
         _trace_between(layers, of_rows.ends, trace_interval, picture[rows])
 
-    over_rows(trace_rows, len(picture), tell)
+    over_rows(trace_rows, picture.shape, tell)
     optical_depth = picture[..., 3].copy()
     picture[..., :3] += np.exp(-optical_depth)[..., np.newaxis] * np.array(scene.background)
     picture[..., 3] = -np.expm1(-optical_depth)  # 1 - exp(-1e-17) would be 0
@@ -294,7 +306,11 @@ def light_transmittances(scene: CompleteScene) -> list[Numbers]:
 
     def depths(origins: Numbers, directions: Numbers) -> Numbers:
         picture = np.zeros((*origins.shape[:2], 4))
-        trace(rays_of(casting, origins, np.ascontiguousarray(directions)), picture)
+
+        def trace_rows(rows: slice) -> None:
+            trace(rays_of(casting, origins[rows], np.ascontiguousarray(directions[rows])), picture[rows])
+
+        over_rows(trace_rows, picture.shape)
         return picture[..., 3]
 
     return [transmittance_at_nodes(lighting, volume, depths) for volume in scene.volumes]

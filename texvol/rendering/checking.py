@@ -38,6 +38,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.textures.halving import is_plain
 from texvol.textures.value_storage import HOPELESS, ULP, bulk_of
+from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, InputError
 
 ALL = "all"
@@ -49,6 +50,7 @@ _MARCHED = 4.0  # factor of the error that marching estimates for itself
 _ORACLE = 1e-9  # error of the oracle
 _STEPS = 2048  # along each ray; together with the rays that are asked for some 50 ms
 _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through most of its range in a voxel
+_OF_A_CELL, _OF_A_LIT_CELL = 1e-7, 3e-7  # seconds of the oracle for one of the cells across a volume, on two cores
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 Numbers = NDArray[np.float64]
@@ -136,18 +138,47 @@ def check_picture(
     MissingExtraError
         If numba is not installed.
     """
+    height, width = picture.shape[:2]
+    pixels_checked = width * height if count == ALL else min(int(count), width * height)
+    with progress.part(lambda: seconds_of_oracle(scene, pixels_checked)):
+        drawn, truth = _held(picture, scene, pixels_checked, seed, oracle)
+    return _check_of(errors_of(drawn, truth), width * height, limit)
+
+
+def seconds_of_oracle(scene: Scene, pixels: int) -> float:
+    """Return about how long the oracle takes for so many pixels on two cores."""
+    lit = scene.lighting is not None and scene.mode == "composite"
+    across = float(np.linalg.norm(scene.volume.dimensions))
+    return pixels * across * (_OF_A_LIT_CELL if lit else _OF_A_CELL)
+
+
+def _held(
+    picture: NDArray[np.float32], scene: Scene, count: int, seed: int, oracle: Oracle | None
+) -> tuple[NDArray[np.float32], Numbers]:
+    """Return pixels of a picture and the oracle's in the same order; tell the progress."""
     from texvol.rendering.streaming.exact import raycast, raycast_pixels
 
     height, width = picture.shape[:2]
+    tell = _Told()
     if oracle is not None:
-        pixels = chosen_pixels((width, height), width * height if count == ALL else int(count), seed)
-        drawn, truth = picture[pixels[:, 1], pixels[:, 0]], oracle(scene, (width, height), pixels)
-    elif count == ALL or int(count) >= width * height:
-        drawn, truth = picture.reshape(-1, 4), raycast(scene, (width, height)).reshape(-1, 4)
-    else:
-        pixels = chosen_pixels((width, height), int(count), seed)
-        drawn, truth = picture[pixels[:, 1], pixels[:, 0]], raycast_pixels(scene, (width, height), pixels)
-    return _check_of(errors_of(drawn, truth), width * height, limit)
+        pixels = chosen_pixels((width, height), count, seed)
+        return picture[pixels[:, 1], pixels[:, 0]], oracle(scene, (width, height), pixels)
+    if count == width * height:
+        return picture.reshape(-1, 4), raycast(scene, (width, height), tell=tell).reshape(-1, 4)
+    pixels = chosen_pixels((width, height), count, seed)
+    return picture[pixels[:, 1], pixels[:, 0]], raycast_pixels(scene, (width, height), pixels, tell)
+
+
+class _Told:
+    """Function that tells the progress what fraction of the pixels is there."""
+
+    def __init__(self) -> None:
+        self._before = 0.0
+
+    def __call__(self, fraction: float) -> None:
+        if fraction > self._before:  # a scene in parts begins several times
+            before, self._before = self._before, fraction
+            progress.within(fraction - before)
 
 
 def check_in_passing(picture: NDArray[np.float32], scene: CompleteScene, limit: float) -> Check | None:

@@ -10,6 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.opengl.texture_store import SECONDS_OF_A_GRADIENT, SECONDS_OF_A_LIT_SAMPLE, SECONDS_OF_A_SAMPLE
+from texvol.rendering.checking import ALL, seconds_of_oracle
 from texvol.rendering.settings import Settings
 from texvol.scene.gradient import seconds_of
 from texvol.scene.large_volume import LargeVolume
@@ -54,14 +55,15 @@ def of_picture(scene: Scene, size: Size, accuracy: Mapping[str, Any], *, has_tex
         return 0.0  # parts are counted as they are read
     complete = scene.completed(size)
     thickness, rate = accuracy.get("slab_thickness"), accuracy.get("sampling_rate")
-    searches = accuracy.get("max_error") is not None
+    check, searches = accuracy.get("check"), accuracy.get("max_error") is not None
     if thickness is None:
         thickness = scene.smallest_spacing / (rate or _USUAL_RATE)
     if not thickness > 0:
         return 0.0  # no picture will be drawn
     settings = Settings(min(thickness, 2 * scene.box.radius), "auto", "auto", 0.0, skip_empty=True)
     drawing = of_drawing(complete, size, settings) * (_SEARCH if searches else 1.0)
-    return drawing + (0.0 if has_textures else of_textures(scene))
+    checking = 0.0 if check is None else seconds_of_oracle(scene, size[0] * size[1] if check == ALL else int(check))
+    return drawing + checking + (0.0 if has_textures else of_textures(scene))
 
 
 def of_foreseeing(scene: CompleteScene, size: Size) -> float:

@@ -54,6 +54,7 @@ class Renderer:
     Parameters
     ----------
     backend : "auto", "egl" or "osmesa"
+    device : number or part of the name of one of the devices that `texvol devices` lists, optional
     texture_memory : float, optional
         Megabytes (10⁶ bytes) for textures; half of the free memory by default. A volume whose texture is larger, or
         too large for the driver, is drawn in bricks.
@@ -65,19 +66,20 @@ class Renderer:
     ContextError
         If no OpenGL context can be made; the message has the reason of each back end.
     InputError
-        If the texture memory is not positive.
+        If the texture memory is not positive, or there is no such device.
     """
 
     def __init__(
         self,
         backend: str = "auto",
         *,
+        device: int | str | None = None,
         texture_memory: float | None = None,
         compositor: Callable[[Context], Compositor] | None = None,
     ) -> None:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
             raise InputError(f"texture_memory must be positive and finite, got {texture_memory:g} MB")
-        self._context = open_context(backend)
+        self._context = open_context(backend, device)
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
@@ -320,7 +322,7 @@ class Renderer:
 
     @property
     def backend(self) -> str:
-        """Back end of the context: "egl" or "osmesa"."""
+        """Back end: "egl" or "osmesa"."""
         return self._context.backend
 
     def close(self) -> None:
@@ -337,16 +339,16 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _draw(
-        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
-    ) -> NDArray[np.float32]:
-        """Draw the picture, without background; or the depth of its isosurface."""
-        return self._pictures_of(scene).draw(scene, size, settings, repeat, depth)
+    def _draw(self, scene: CompleteScene, *how: Any, **more: Any) -> NDArray[np.float32]:
+        """Draw the picture, without background, or the depth of its isosurface; see `Pictures.draw`."""
+        return self._pictures_of(scene).draw(scene, *how, **more)
 
     def _known(self, array: NDArray[np.float32], size: Size) -> Picture:
         """Return the picture that was drawn last, which keeps what it was drawn from."""
         scene, settings = cast(CompleteScene, self._unrefined), self.settings
-        again = partial(drawn_again, partial(Renderer, self.backend), scene, size, settings)
+        again = partial(
+            drawn_again, partial(Renderer, self.backend, device=self._context.device), scene, size, settings
+        )
         self._drawn = Drawn(scene, settings, self.attributes, self.estimate, again, weakref.ref(self))
         return Picture.of(array, self._drawn)
 

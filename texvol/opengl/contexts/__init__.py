@@ -19,11 +19,19 @@ from typing import Any
 import moderngl
 
 from texvol.opengl.contexts import native, trial
-from texvol.opengl.contexts.egl import Egl
+from texvol.opengl.contexts.devices import Device, chosen, in_words
+from texvol.opengl.contexts.egl import (
+    EGL_DRIVER_NAME,
+    EGL_DRM_DEVICE_FILE,
+    EGL_DRM_RENDER_NODE_FILE,
+    EGL_EXTENSIONS,
+    EGL_RENDERER,
+    Egl,
+)
 from texvol.opengl.contexts.osmesa import OSMesa
 from texvol.util.errors import ContextError, InputError
 
-__all__ = ["BACKENDS", "Context", "open_context"]
+__all__ = ["BACKENDS", "Context", "devices", "open_context"]
 
 BACKENDS = ("auto", "egl", "osmesa")
 
@@ -46,12 +54,14 @@ class Context:
         "egl" or "osmesa".
     renderer : str
         GL_RENDERER.
+    device : int or None
+        Number of the device that was asked for.
     """
 
-    def __init__(self, handle: native.Handle, backend: str) -> None:
+    def __init__(self, handle: native.Handle, backend: str, device: int | None = None) -> None:
         loader: Any = handle  # moderngl's stub wants a dict; its code wants an object with these methods
         self._handle = handle
-        self.backend = backend
+        self.backend, self.device = backend, device
         with handle:
             self.gl: moderngl.Context = moderngl.create_context(context=loader)
             self.renderer: str = self.gl.info["GL_RENDERER"]
@@ -96,23 +106,29 @@ class Context:
         self._release()
 
 
-def open_context(backend: str = "auto") -> Context:
+def open_context(backend: str = "auto", device: int | str | None = None) -> Context:
     """Return a new OpenGL context that needs no screen; it is not current yet.
 
     Parameters
     ----------
     backend : str
         "egl", "osmesa", or "auto": the first of them that works.
+    device : int or str, optional
+        Number, or part of the name, of one of `devices`, of EGL.
 
     Raises
     ------
     ContextError
         No context; one line with each back end's reason and the packages that it needs.
     InputError
-        No such back end.
+        No such back end, or no such device; the message lists what there is.
     """
     if backend not in BACKENDS:
         raise InputError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
+    if device is not None:
+        if backend == "osmesa":
+            raise InputError(f"device {device!r} is one of EGL: leave backend='osmesa' out")
+        return _open(Egl, chosen(device, devices()).number)
     reasons: list[str] = []
     with _opening:
         with suppress(ContextError):
@@ -125,6 +141,38 @@ def open_context(backend: str = "auto") -> Context:
                 except ContextError as reason:
                     reasons.append(f"{library.backend}: {reason} (packages: {library.packages})")
     raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
+
+
+def devices() -> list[Device]:
+    """Return the devices that EGL lists, each with its name and driver, or the reason why it cannot be used.
+
+    Raises
+    ------
+    ContextError
+        If there is no EGL, or its driver would end this process.
+    """
+    with _opening:
+        egl = _loaded(Egl)
+        _try(Egl)
+        return [_device(number, strings) for number, strings in enumerate(egl.device_strings())]
+
+
+def _device(number: int, strings: dict[int, str]) -> Device:
+    """Return a device of EGL, by what EGL tells of it and what a context on it tells."""
+    try:
+        context = _open(Egl, number)
+    except ContextError as error:
+        software = "software driver" if "EGL_MESA_device_software" in strings[EGL_EXTENSIONS] else ""
+        names = [strings.get(each) for each in (EGL_RENDERER, EGL_DRIVER_NAME, EGL_DRM_DEVICE_FILE)]
+        files = [strings.get(each, "") for each in (EGL_DRM_DEVICE_FILE, EGL_DRM_RENDER_NODE_FILE)]
+        failure = str(error).removeprefix(f"device {number}: ")
+        return Device(number, next(filter(None, [*names, software]), "no name"), "", in_words(failure, files))
+    try:
+        with context:
+            info = context.gl.info
+            return Device(number, context.renderer, f"{info['GL_VENDOR']}, OpenGL {info['GL_VERSION']}")
+    finally:
+        context.release()
 
 
 def attempt(backend: str) -> None:
@@ -145,13 +193,13 @@ def _try(library: type[Egl] | type[OSMesa]) -> None:
         _tried.add(library.backend)
 
 
-def _open(library: type[Egl] | type[OSMesa]) -> Context:
+def _open(library: type[Egl] | type[OSMesa], device: int | None = None) -> Context:
     """Return a context on the first display of the library that has one; raise the reasons of all others."""
     reasons = []
     try:
-        for handle, display in _loaded(library).handles():
+        for handle, display in _loaded(library).handles(device):
             try:
-                return Context(handle, library.backend)
+                return Context(handle, library.backend, device)
             except Exception as error:  # moderngl raises nothing narrower
                 handle.release()
                 reasons.append(f"{display}: {error}")

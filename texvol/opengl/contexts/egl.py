@@ -22,6 +22,14 @@ EGL_RENDERABLE_TYPE, EGL_OPENGL_BIT, EGL_OPENGL_API = 0x3040, 0x0008, 0x30A2
 EGL_CONTEXT_MAJOR_VERSION, EGL_CONTEXT_MINOR_VERSION = 0x3098, 0x30FB
 EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT = 0x30FD, 0x0001
 EGL_PLATFORM_DEVICE_EXT, EGL_PLATFORM_SURFACELESS_MESA = 0x313F, 0x31DD
+EGL_DRM_DEVICE_FILE, EGL_DRM_RENDER_NODE_FILE = 0x3233, 0x3377
+EGL_VENDOR, EGL_RENDERER, EGL_DRIVER_NAME = 0x3053, 0x335F, 0x335E
+DEVICE_STRINGS = {  # by the device's extension that has them; others are an error to ask for
+    "EGL_EXT_device_query_name": (EGL_RENDERER, EGL_VENDOR),
+    "EGL_EXT_device_persistent_id": (EGL_DRIVER_NAME,),
+    "EGL_EXT_device_drm": (EGL_DRM_DEVICE_FILE,),
+    "EGL_EXT_device_drm_render_node": (EGL_DRM_RENDER_NODE_FILE,),
+}
 ERRORS = dict(
     enumerate(
         (
@@ -53,6 +61,10 @@ SIGNATURES: dict[str, tuple[Any, ...]] = {  # result, arguments
 }
 
 
+def _name_of_device(number: int) -> str:
+    return f"device {number}"
+
+
 class Egl(Library):
     """libEGL, and the displays that it has been asked for.
 
@@ -69,9 +81,11 @@ class Egl(Library):
         super().__init__(LIBRARIES, SIGNATURES, "eglGetProcAddress")
         self._displays: dict[str, tuple[int, int]] = {}  # name: display, process that initialised it
 
-    def handles(self) -> Iterator[tuple[Handle, str]]:
+    def handles(self, device: int | None = None) -> Iterator[tuple[Handle, str]]:
         reasons = []
         for name, get_display in self._displays_on_offer():
+            if device is not None and name != _name_of_device(device):
+                continue
             try:
                 handle = EglHandle(self, self._initialised(name, get_display))
             except ContextError as reason:
@@ -108,10 +122,24 @@ class Egl(Library):
             get = self._extension("eglGetPlatformDisplayEXT", c_void_p, c_int, c_void_p, c_void_p)
             if "EGL_EXT_platform_device" in extensions:
                 for index, device in enumerate(self._devices()):
-                    yield f"device {index}", partial(get, EGL_PLATFORM_DEVICE_EXT, device, None)
+                    yield _name_of_device(index), partial(get, EGL_PLATFORM_DEVICE_EXT, device, None)
             if "EGL_MESA_platform_surfaceless" in extensions:
                 yield "surfaceless", partial(get, EGL_PLATFORM_SURFACELESS_MESA, None, None)
         yield "default display", partial(self.functions.eglGetDisplay, None)
+
+    def device_strings(self) -> list[dict[int, str]]:
+        """Return what EGL tells of each device, opened or not: its name, and its files, by enumerant."""
+        extensions = (self.functions.eglQueryString(None, EGL_EXTENSIONS) or b"").decode().split()
+        if not {"EGL_EXT_platform_base", "EGL_EXT_platform_device"} <= set(extensions):
+            return []
+        query = self._extension("eglQueryDeviceStringEXT", c_char_p, c_void_p, c_int)
+        found = []
+        for device in self._devices():
+            known = (query(device, EGL_EXTENSIONS) or b"").decode().split()
+            names = [name for extension, names in DEVICE_STRINGS.items() if extension in known for name in names]
+            strings = {EGL_EXTENSIONS: " ".join(known)}
+            found.append(strings | {name: (query(device, name) or b"").decode(errors="replace") for name in names})
+        return found
 
     def _devices(self) -> list[int | None]:
         query = self._extension("eglQueryDevicesEXT", c_int, c_int, POINTER(c_void_p), POINTER(c_int))

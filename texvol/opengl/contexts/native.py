@@ -41,8 +41,11 @@ class Library:
             self._addresses[name] = self._get_proc_address(name.encode()) or 0
         return self._addresses[name]
 
-    def handles(self) -> Iterator[tuple[Handle, str]]:
-        """Yield a context on each display that has one, with the display's name; raise the reasons of the others."""
+    def handles(self, device: int | None = None) -> Iterator[tuple[Handle, str]]:
+        """Yield a context on each display that has one, with the display's name; raise the reasons of the others.
+
+        `device` is the number of the only one that is tried.
+        """
         raise NotImplementedError
 
     def leave_current(self) -> Restore:

@@ -36,7 +36,7 @@ class OSMesa(Library):
         super().__init__(LIBRARIES, SIGNATURES, "OSMesaGetProcAddress")
         self.current = threading.local()  # .handle: the one that is current on the thread
 
-    def handles(self) -> Iterator[tuple[Handle, str]]:
+    def handles(self, device: int | None = None) -> Iterator[tuple[Handle, str]]:
         if self.process != os.getpid():
             raise ContextError(f"libOSMesa {LEFT_BEHIND}")
         yield OSMesaHandle(self), "memory"

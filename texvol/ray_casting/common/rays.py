@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
@@ -16,7 +17,8 @@ from texvol.scene.volume import Volume
 
 Numbers = NDArray[np.float64]
 Choose = Callable[[Numbers], Numbers]  # from an array of all pixels, the rows of the requested pixels
-ROWS_AT_ONCE = 8  # rows of a picture that one thread traces at a time; Ctrl-C waits for no more than these
+PIXELS_AT_ONCE = 1024  # that one thread traces at a time; Ctrl-C waits for no more than these
+_PARTS_OF_EACH = 4  # core, at least, of a picture of few pixels
 
 
 class Rays(NamedTuple):
@@ -99,12 +101,21 @@ def transformed(vectors: Numbers, matrix: Numbers) -> Numbers:
 
 
 def over_rows(
-    trace_rows: Callable[[slice], None], height: int, tell: Callable[[float], None] = lambda fraction: None
+    trace_rows: Callable[[slice], None],
+    shape: tuple[int, ...],
+    tell: Callable[[float], None] = lambda fraction: None,
 ) -> None:
-    """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads; `tell` what fraction is done."""
-    threads = ThreadPoolExecutor()
+    """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads; `tell` what fraction is done.
+
+    `shape` begins with the numbers of rows and columns.
+    """
+    height, width = shape[:2]
+    cores = os.cpu_count() or 1
+    # A list of pixels is a picture of one column: eight of these would take less time than to begin with them.
+    rows = max(min(PIXELS_AT_ONCE // max(width, 1), -(-height // (_PARTS_OF_EACH * cores))), 1)
+    threads = ThreadPoolExecutor(cores)
     try:
-        parts = [slice(row, min(row + ROWS_AT_ONCE, height)) for row in range(0, height, ROWS_AT_ONCE)]
+        parts = [slice(row, min(row + rows, height)) for row in range(0, height, rows)]
         for part, _ in zip(parts, threads.map(trace_rows, parts), strict=True):
             tell(part.stop / height)
     finally:

@@ -26,6 +26,7 @@ from texvol.scene.volume import Volume
 
 HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `Lights`
 _KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
+_DARK = 1e-14  # of a highlight
 _LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
 NODE_COUNT = 5  # see `collocation`
 MOST_LEVELS = 200  # halvings of an interval of large optical depth
@@ -49,6 +50,8 @@ class Lights(NamedTuple):
     transmittance: Numbers  # of the lights that cast shadows, at the nodes of the box: shape (lights, z, y, x)
     box_from_world: Numbers  # world to fractions of the box edges, (3, 4)
     shadow_distance: float
+    analytic: bool  # True if every kink of the light on a ray is cut: no shadows between nodes, no light near by
+    dark: float  # cosine up to which a highlight, its power, shows in no digit of the oracle
 
 
 class Cue(NamedTuple):
@@ -175,7 +178,7 @@ def _lights(
     axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
     if lighting is None:
-        return Lights(np.zeros((0, 9)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0)
+        return Lights(np.zeros((0, 9)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0, True, 0.0)
     rows = np.zeros((len(lighting.lights), 9))
     for row, light in zip(rows, lighting.lights, strict=True):
         row[0], row[4:7] = _KINDS[light.kind], light.color
@@ -194,6 +197,8 @@ def _lights(
         transmittance,
         to_box,
         shadow_distance(volume),
+        not (rows[:, 7] >= 0).any() and not (rows[:, 0] == POINT).any(),
+        _DARK ** (1 / lighting.shininess) if lighting.shininess > 0 else -2.0,
     )
 
 

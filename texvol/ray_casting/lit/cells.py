@@ -134,7 +134,7 @@ def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, li
         return depth
     if workspace.chosen[OPAQUE]:
         return add_opaque(opaque_at(scene, ray, workspace, start, end, here, length), depth, light)
-    return add_interval(collocate, scene, ray, workspace, start, end, here, length, depth, light)
+    return add_interval(collocate, scene.lights.analytic, scene, ray, workspace, start, end, here, length, depth, light)
 
 
 @woven_in

@@ -3,6 +3,12 @@
 Both are evaluated at Gauss-Legendre nodes. The polynomial through the extinctions gives the optical depth at each node
 and of the interval (collocation); Σ w q exp(-depth) is the light. The interval is halved until it agrees with its two
 halves.
+
+Most intervals need no halves. Let c_n be the Legendre coefficients of the whole's τ and q, times the length. Where all
+is analytic they fall like r^n with r² = max(c3, c4) / max(c1, c2), and are known at the nodes for n < 5. The whole is
+then off by less than c8 = c4 r^4, as the quadrature is exact up to c9, and by c5 = c4 r of the optical depth at the
+nodes times what of q exp(-depth) is not orthogonal to it: c4, and the D^4 / 1680 of exp(-D t). If these are under a
+thousandth of the agreement, the whole holds.
 """
 
 from __future__ import annotations
@@ -22,6 +28,12 @@ NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1
 # Row i: weights of the values at the nodes in the integral from 0 to node i of the polynomial through them.
 _POWERS = np.arange(NODE_COUNT)
 TO_NODES = (NODES[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(NODES[:, None] ** _POWERS)
+# Legendre coefficients of the polynomial through the values at the nodes: row n has the weights for number n.
+LEGENDRE = np.array(
+    [(2 * n + 1) * _WEIGHTS / 2 * np.polynomial.legendre.Legendre.basis(n)(_POINTS) for n in range(NODE_COUNT)]
+)
+FOURTH_OF_EXPONENTIAL = 1 / 1680  # Legendre coefficient 4 of exp(-D t), over D^4
+SHALLOW = 0.5  # optical depth up to which exp(-depth) itself adds nothing at ten nodes: D^10 / 10! / 2^19
 AGREEMENT = 1e-10  # of the picture; the halves are more exact than the whole, at a kink by a factor of 4
 MOST_HALVINGS = 20  # until the halves agree: a kink or jump that no cut marks is found to a millionth
 MOST_TURNS = 10  # halvings until no highlight is missed
@@ -29,14 +41,15 @@ DEEP = 4.0  # optical depth of an interval whose front may lie between the nodes
 # A highlight falls to e^(-p θ²/2) at the angle θ from its middle: 2 p (1 - cos θ) is the square of the distance of two
 # nodes in widths 1/√p of the highlight. At two widths, no highlight is missed.
 WIDEST_TURN = 4.0
+CERTAIN = AGREEMENT / 1000  # bound of the error at which the whole is not halved
 
 
 @woven_in
-def add_interval(collocate, scene, ray, workspace, start, end, here, length, depth, light):
+def add_interval(collocate, analytic, scene, ray, workspace, start, end, here, length, depth, light):
     """Add the part from `start` to `end` of a cell whose fields are in `workspace`; return the optical depth behind it.
 
     `here` is the s at which the ray enters the cell, and `length` the distance to where it leaves. `collocate` is the
-    function of that name, or another with its parameters.
+    function of that name, or another with its parameters. `analytic` is True if no kink is left inside of parts.
     """
     stack, halves = workspace.intervals.stack, workspace.intervals.halves
     first, second = halves[0], halves[1]
@@ -50,6 +63,10 @@ def add_interval(collocate, scene, ray, workspace, start, end, here, length, dep
         for k in range(2 if level >= 0 else 1):
             turn = max(turn, collocate(scene, ray, workspace, start + k * half, half, here, length, halves[k]))
         if level < 0:
+            if analytic and turn <= WIDEST_TURN and is_certain(workspace.intervals.glows, whole * length, depth):
+                for channel in range(3):
+                    light[channel] += exp(-depth) * first[1 + channel]
+                return depth + max(first[0], 0.0)
             stack[0, 1], stack[0, 2:] = 0, first
             continue
         seen, through = exp(-depth), exp(-first[0])
@@ -71,6 +88,46 @@ def add_interval(collocate, scene, ray, workspace, start, end, here, length, dep
             depth += max(reached, 0.0)
             top -= 1
     return depth
+
+
+@compiled
+def is_certain(glows, length, depth):
+    """Return True if an interval behind `depth`, by its emission and extinction at the nodes, needs no halves."""
+    reached, seen = 0.0, exp(-depth)
+    for node in range(NODE_COUNT):
+        reached += length * WEIGHTS[node] * glows[node, 3]
+    if reached > SHALLOW:
+        return False
+    exponential = FOURTH_OF_EXPONENTIAL * reached**4
+    high_depth, low_depth = _high_and_low(glows[:, 3], length)
+    fall = min(high_depth / low_depth, 1.0) if low_depth > 0.0 else 1.0
+    left_of_depth = high_depth * sqrt(fall)
+    if seen * (high_depth * fall**2 + left_of_depth * exponential) > CERTAIN:
+        return False
+    for channel in range(3):
+        high, low = _high_and_low(glows[:, channel], length)
+        fall = min(high / low, 1.0) if low > 0.0 else 1.0
+        mean = 0.0
+        for node in range(NODE_COUNT):
+            mean += length * WEIGHTS[node] * abs(glows[node, channel])
+        if seen * (high * fall**2 + left_of_depth * (high + mean * exponential)) > CERTAIN:
+            return False
+    return True
+
+
+@compiled
+def _high_and_low(values, length):
+    """Return the largest of Legendre coefficients 3 and 4, and of 1 and 2, times the length."""
+    high = low = 0.0
+    for n in range(1, NODE_COUNT):
+        coefficient = 0.0
+        for node in range(NODE_COUNT):
+            coefficient += LEGENDRE[n, node] * values[node]
+        if n < NODE_COUNT - 2:
+            low = max(low, length * abs(coefficient))
+        else:
+            high = max(high, length * abs(coefficient))
+    return high, low
 
 
 @inlined

@@ -154,7 +154,9 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
             diffuse = (1 - w) + w * max(cosine, 0.0)
             if cosine > SQUARE and lights.specular > 0.0:
                 halfway = unit(added(toward_light, toward_eye))
-                specular = w * max(-side * dot(gradient, halfway) / m, 0.0) ** lights.shininess
+                highlight = -side * dot(gradient, halfway) / m
+                if highlight > lights.dark:
+                    specular = w * highlight**lights.shininess
         diffuse_light = added(diffuse_light, scaled(light_color, diffuse))
         shine_light = added(shine_light, scaled(light_color, specular))
     shine = lights.specular * extinction

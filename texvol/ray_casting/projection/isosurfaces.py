@@ -94,7 +94,7 @@ def _hits(scene: CompleteScene, rays: Rays, tell: Callable[[float], None]) -> tu
             of_rows = rays.start[rows], rays.step[rows], rays.ends[rows]
             pass_levels(values, levels, *of_rows, rounding, *scratch, hits[rows], counts[rows])
 
-        over_rows(trace_rows, len(counts), tell)
+        over_rows(trace_rows, counts.shape, tell)
         most = int(counts.max(initial=0))
         if most <= room:
             break

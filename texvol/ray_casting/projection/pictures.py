@@ -115,7 +115,7 @@ def _traced(
         start, step, ends = rays.start[rows], rays.step[rows], rays.ends[rows]
         project_rays(values, kind, sign, level, start, step, ends, rounding, np.empty(8), numbers[rows])
 
-    over_rows(trace_rows, len(numbers), tell)
+    over_rows(trace_rows, numbers.shape, tell)
     return rays, numbers
 
 

@@ -208,7 +208,7 @@ def _add_part(several, ray, workspace, posts, start, end, here, length, depth, l
     if seen == 0:
         return _add_cubics(common.cued, common.cue, ray, workspace.cubics, start, end, here, length, depth, light)
     workspace.counts[0] = seen
-    return add_interval(_collocate, several, ray, workspace, start, end, here, length, depth, light)
+    return add_interval(_collocate, False, several, ray, workspace, start, end, here, length, depth, light)
 
 
 @inlined

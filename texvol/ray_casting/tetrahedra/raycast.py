@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.medium import medium_of
-from texvol.ray_casting.common.rays import Numbers, over_rows
+from texvol.ray_casting.common.rays import PIXELS_AT_ONCE, Numbers, over_rows
 from texvol.ray_casting.tetrahedra.tracer import Cells, trace_tetrahedra
 from texvol.scene.camera import Camera
 from texvol.scene.picture_size import checked_size
@@ -21,6 +21,7 @@ from texvol.util.errors import InputError, check_type
 # along an edge would, by rounding, meet none or several of the tetrahedra there. The value changes by as much of its
 # range, and the ray's distance from the face is some ten thousand times the rounding.
 _MOVED = 1e-11
+_ROWS_AT_ONCE = 8  # of a picture, for one thread, which goes through all tetrahedra for them
 _ASIDE = np.array([0.5403023, -0.3178279, 0.7791234])
 _MOST_COVERED = 1e-6  # of the diagonal: what several tetrahedra may cover of a ray, by the rounding of positions
 
@@ -103,7 +104,7 @@ def _traced(
             trace_tetrahedra(cells, medium, starts[rows], directions[rows], nearest[rows], rows.start, picture[rows])
         )
 
-    over_rows(trace_rows, size[1])
+    over_rows(trace_rows, (size[1], PIXELS_AT_ONCE // _ROWS_AT_ONCE))
     return picture, max(covered)
 
 

@@ -52,7 +52,7 @@ def raycast(
         width, height = size
         rows, columns = np.divmod(np.arange(width * height), width)
         return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)
-    return ray_casting.raycast(scene.in_memory("the oracle"), size, texture_refinement=texture_refinement)
+    return ray_casting.raycast(scene.in_memory("the oracle"), size, texture_refinement=texture_refinement, tell=tell)
 
 
 def raycast_pixels(
@@ -73,7 +73,7 @@ def raycast_pixels(
     from texvol import ray_casting
 
     if not is_in_parts(scene):
-        return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels)
+        return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels, tell)
     complete = _settled(scene.completed(size))
     volume = complete.volume
     assert isinstance(volume, LargeVolume)

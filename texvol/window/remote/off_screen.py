@@ -29,12 +29,18 @@ class OffScreen:
     _buffer: Any = None
 
     def __init__(
-        self, exchange: Exchange, backend: str, size: tuple[int, int], title: str, put: Callable[[Event], None]
+        self,
+        exchange: Exchange,
+        backend: str,
+        size: tuple[int, int],
+        title: str,
+        put: Callable[[Event], None],
+        device: int | str | None = None,
     ) -> None:
         self._exchange, self._put = exchange, put
         self._size, self._scale = size, 1.0
         self._closers = ExitStack()
-        context = open_context(backend)
+        context = open_context(backend, device)
         self._closers.callback(context.release)
         self._closers.enter_context(context)
         self.gl = context.gl

@@ -1,0 +1,119 @@
+"""Devices of EGL: how they are listed and chosen, and what is said of those that cannot be used."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from support.small_pictures import backend_or_skip
+
+from texvol import Renderer
+from texvol.cli.command_line import main
+from texvol.opengl.contexts import devices, egl, native, open_context
+from texvol.opengl.contexts.devices import Device, chosen, in_words, missing_vendor
+from texvol.util.errors import ContextError, InputError
+
+THREE = (
+    Device(0, "Card A100 MIG", "", "this process may not use it"),
+    Device(1, "Card A100", "Vendor, OpenGL 4.6"),
+    Device(2, "llvmpipe", "Mesa, OpenGL 4.5"),
+)
+
+
+@pytest.fixture
+def two_devices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A machine whose first device cannot be used, as with MIG, and whose second is the real one."""
+    backend_or_skip("egl")
+    if not devices():
+        pytest.skip("EGL lists no device here")
+    monkeypatch.setattr(native, "loaded", {})
+    real, initialised = egl.Egl._devices, egl.Egl._initialised
+
+    def first_refuses(library: egl.Egl, name: str, *how) -> int:
+        if name == "device 0":
+            raise ContextError("eglInitialize failed with EGL_BAD_ACCESS")
+        return initialised(library, name, *how)
+
+    monkeypatch.setattr(egl.Egl, "_devices", lambda library: [*real(library)[:1], *real(library)[:1]])
+    monkeypatch.setattr(egl.Egl, "_initialised", first_refuses)
+
+
+@pytest.mark.usefixtures("two_devices")
+def test_a_device_that_cannot_be_used_is_listed_with_its_reason_in_words() -> None:
+    first, second = devices()
+    assert first.number == 0 and first.reason is not None
+    assert "MIG" in first.reason and "container" in first.reason and "EGL_BAD_ACCESS" in first.reason
+    assert "cannot be used" in first.line and "\n" not in first.line
+    assert (second.number, second.reason) == (1, None) and "OpenGL" in second.driver
+
+
+@pytest.mark.usefixtures("two_devices")
+def test_the_device_that_is_asked_for_draws_or_none() -> None:
+    for device in (1, "1", devices()[1].name[:6].upper()):
+        context = open_context(device=device)
+        assert (context.backend, context.device) == ("egl", 1)
+        context.release()
+    with pytest.raises(ContextError, match="device 0 .* cannot be used: .*EGL_BAD_ACCESS"):
+        open_context(device=0)
+    with Renderer(device=1) as renderer:
+        assert renderer.renderer_name == devices()[1].name
+    with pytest.raises(InputError, match="one of EGL"):
+        open_context("osmesa", 1)
+
+
+def test_a_name_chooses_the_first_that_can_be_used() -> None:
+    assert chosen("a100", THREE).number == 1
+    assert chosen(2, THREE).number == chosen("LLVM", THREE).number == 2
+    with pytest.raises(ContextError, match="device 0 .Card A100 MIG. cannot be used: this process"):
+        chosen("mig", THREE)
+
+
+@pytest.mark.parametrize("wrong", [3, -1, "titan", "", True])
+def test_a_wrong_device_is_answered_by_what_there_is(wrong: int | str) -> None:
+    with pytest.raises(InputError) as caught:
+        chosen(wrong, THREE)
+    assert f"got {wrong!r}; there are: 0 (Card A100 MIG), 1 (Card A100), 2 (llvmpipe)" in str(caught.value)
+
+
+def test_a_file_without_permission_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    node = tmp_path / "renderD128"
+    node.touch()
+    assert "may be missing" in in_words("eglInitialize failed with EGL_NOT_INITIALIZED", [str(node)])
+    monkeypatch.setattr("os.access", lambda *_: False)
+    said = in_words("eglInitialize failed with EGL_NOT_INITIALIZED", [str(node), str(tmp_path / "gone")])
+    assert said.startswith(f"no permission for {node}") and "render or video" in said
+    assert in_words("something else") == "something else"
+
+
+def test_a_card_that_egl_does_not_know_is_told() -> None:
+    def found(*there: str):
+        return lambda pattern: [path for path in there if Path(path).match(pattern)]
+
+    card, vendor = "/dev/nvidia0", "/usr/share/glvnd/egl_vendor.d/10_nvidia.json"
+    assert "10_nvidia.json is missing" in (missing_vendor(found(card)) or "")
+    assert missing_vendor(found(card, vendor)) is None and missing_vendor(found()) is None
+
+
+def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+    backend_or_skip("egl")
+    assert main(["devices"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert main(["devices", "--json"]) == 0
+    listed = json.loads(capsys.readouterr().out)["devices"]
+    assert [each["name"] in line for each, line in zip(listed, lines, strict=False)] == [True] * len(listed)
+
+
+def test_the_command_line_says_which_devices_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    backend_or_skip("egl")
+    np.save(tmp_path / "v.npy", np.zeros((4, 4, 4), np.float32))
+    volume, picture = str(tmp_path / "v.npy"), str(tmp_path / "p.png")
+    assert main(["render", volume, "--device", "titan", "-o", picture]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1 and "got 'titan'; there are: " in said
+    assert main(["view", volume, "--device", "0"]) == 2
+    assert "give --serve with it" in capsys.readouterr().err
+    assert main(["render", volume, "--device", "0", "--workers", "2", "-o", picture]) == 2
+    assert "--device does not go with --workers" in capsys.readouterr().err
+    assert not Path(picture).exists()

@@ -1,0 +1,37 @@
+"""Commands that are run on a terminal of their own, and interrupted."""
+
+from __future__ import annotations
+
+import os
+import pty
+import select
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from support.windows import PATIENCE, REPOSITORY
+
+
+def on_terminal(folder: Path, words: list[str], interrupt_when: Callable[[str], bool]) -> tuple[int, str, float]:
+    """Run a command on a terminal; return its status, what it printed, and the seconds from ctrl-C to its end."""
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(folder)
+        os.execve(
+            sys.executable, [sys.executable, "-m", "texvol", *words], os.environ | {"PYTHONPATH": str(REPOSITORY)}
+        )
+    printed, pressed, end = "", 0.0, time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if not select.select([terminal], [], [], 0.05)[0]:
+            continue
+        try:
+            printed += os.read(terminal, 65536).decode(errors="replace")
+        except OSError:  # the command has ended
+            break
+        if not pressed and interrupt_when(printed):
+            os.write(terminal, b"\x03")
+            pressed = time.monotonic()
+    _, status = os.waitpid(process, 0)
+    os.close(terminal)
+    return os.waitstatus_to_exitcode(status), printed, time.monotonic() - pressed if pressed else 0.0
