@@ -83,7 +83,7 @@ def test_a_texture_holds_the_texels_of_its_brick(
     assert store.uploads == len(store.bricks)
 
 
-@settings(max_examples=30, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 2), st.sampled_from(list(TEXEL_TYPES)), st.integers(0, 99)), max_size=25))
 def test_textures_never_take_more_than_the_budget(store: TextureStore, wanted: list[tuple[int, str, int]]) -> None:
     """Whatever is asked for in whatever order, bricks of other volumes and formats included."""

@@ -206,6 +206,8 @@ def _lights_of(several, v):
         part_of(lights.transmittance, v).reshape((nodes[0], nodes[1], nodes[2], nodes[3])),
         lights.box_from_world[v],
         lights.shadow_distance[v],
+        lights.analytic,
+        lights.dark,
     )
 
 
