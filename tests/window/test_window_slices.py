@@ -23,6 +23,7 @@ from texvol.window import probe
 from texvol.window.commands import is_command
 from texvol.window.layout import NAMES, PICTURE, VIEWS, Layout, rectangles
 from texvol.window.panels import readout
+from texvol.window.screen import enlarged
 from texvol.window.slice_layers import FINE, Colors, further_layer
 from texvol.window.slice_layers import first_layer as first_picture
 from texvol.window.slice_views import Plane, SliceView, cut_of, layer_corners
@@ -342,3 +343,12 @@ def test_planes_of_a_volume_meet_at_right_angles_in_the_crosshair() -> None:
     for one, other in itertools.combinations(planes, 2):
         assert one.normal @ other.normal == pytest.approx(0, abs=1e-12)
     assert all(np.linalg.norm(each.normal) == pytest.approx(1) for each in planes)
+
+
+@pytest.mark.parametrize(("shape", "times"), [((40, 60, 4), 16), ((256, 256), 4), ((500, 400, 4), 2), ((1500, 900), 1)])
+def test_labels_are_enlarged_before_they_are_interpolated(shape: tuple[int, ...], times: int) -> None:
+    pixels = np.random.default_rng(3).integers(0, 255, shape).astype(np.uint8)
+    found = enlarged(pixels)
+    assert found.shape == (times * shape[0], times * shape[1], *shape[2:])
+    for row, column in ((0, 0), (times - 1, times // 2)):
+        assert np.array_equal(found[row::times, column::times], pixels)

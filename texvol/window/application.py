@@ -113,8 +113,6 @@ class Application:
         self._desk.times.prepare = self._shared.prepare
         self._closers.callback(self._desk.close)
         self._desk.is_played = is_played
-        if not is_played:
-            kept.restore_views(self._desk)
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
         self._lively = _FRAMES_AFTER_EVENT
@@ -145,6 +143,8 @@ class Application:
             If the first document can't be opened.
         """
         plan = self._plan
+        if not self._desk.is_played:
+            kept.restore_views(self._desk)
         self._arrange()
         self._first_size = self._screen.size
         if plan.open is not None:

@@ -31,6 +31,10 @@ def _library() -> Any:
     return glfw
 
 
+_MOST_TIMES = 16  # a pixel is repeated along each side: a sixteenth of it is blurred then
+_MOST_ENLARGED = 1 << 20  # pixels: more than a view shows, made and uploaded within a few milliseconds
+
+
 class Screen:
     """Window whose OpenGL context is current on the thread that created it.
 
@@ -277,7 +281,7 @@ class Textures:
         """
         before, texture = self._textures.get(name, (None, None))
         if texture is None or before != key:
-            pixels = make()
+            pixels = enlarged(make()) if nearest else make()
             height, width, *further = pixels.shape
             components = further[0] if further else 1
             if texture is None or (texture.size, texture.components) != ((width, height), components):
@@ -291,6 +295,16 @@ class Textures:
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
         return texture
+
+
+def enlarged(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return pixels repeated along both sides, so that a filter that interpolates blurs a small part of each only.
+
+    Dear ImGui's renderer binds a linear sampler for OpenGL 3.3, whatever the filter of the texture is.
+    """
+    height, width = pixels.shape[:2]
+    times = int(np.clip(np.sqrt(_MOST_ENLARGED / max(height * width, 1)), 1, _MOST_TIMES))
+    return pixels.repeat(times, axis=0).repeat(times, axis=1) if times > 1 else pixels
 
 
 def key_names(glfw: Any) -> dict[int, str]:
