@@ -153,6 +153,7 @@ def devices() -> list[Device]:
     """
     with _opening:
         egl = _loaded(Egl)
+        assert isinstance(egl, Egl)
         _try(Egl)
         return [_device(number, strings) for number, strings in enumerate(egl.device_strings())]
 
