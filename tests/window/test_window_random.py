@@ -123,8 +123,8 @@ def test_random_actions_leave_the_window_whole(
 def grown(held: list[int]) -> int:
     """Bytes by which the least in the last quarter is above the least in the second; 0 of a process that only begins.
 
-    What leaks stays, and raises the least as much as the most. What comes and goes, 44 MB while the window searches for
-    what shows, is no growth: over 4,000 actions the most varies by that much, the least of any process by 4 MB.
+    What leaks stays, and raises the least as much as the most. What comes and goes is no growth: over 4,000 actions the
+    most varies by 44 MB, the least of any process by 4 MB.
     """
     if len(held) < _BEGINNING:
         return 0
