@@ -236,7 +236,7 @@ class Renderer:
         return drawn_one_by_one(self, scenes, size, views, accuracy)
 
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
-        """Return the rate at which `render` begins to search for an error, from a sixteenth of the pixels."""
+        """Return the choice for a sixteenth of the pixels and half of the error: a guess at what `render` takes."""
         termination, target = checked_termination(None, max_error), checked_target("auto")
         scene = drawable(scene, size := self._compositor.checked_size(size))
         complete = scene.completed(size)
