@@ -52,7 +52,7 @@ def test_kinks_jumps_and_deep_intervals_are_never_certain() -> None:
     for channel in range(4):
         for at in (0.1, 0.35, 0.5, 0.8):
             jump, kink = smooth.copy(), smooth.copy()
-            jump[NODES > at, channel] += 0.1
+            jump[at < NODES, channel] += 0.1
             kink[:, channel] += np.maximum(NODES - at, 0.0)
             assert not is_certain(jump, 1.0, 0.0) and not is_certain(kink, 1.0, 0.0)
             assert is_certain(jump, 1.0, 40.0)  # behind an opaque medium

@@ -346,9 +346,8 @@ class Renderer:
     def _known(self, array: NDArray[np.float32], size: Size) -> Picture:
         """Return the picture that was drawn last, which keeps what it was drawn from."""
         scene, settings = cast(CompleteScene, self._unrefined), self.settings
-        again = partial(
-            drawn_again, partial(Renderer, self.backend, device=self._context.device), scene, size, settings
-        )
+        opened = partial(Renderer, self.backend, device=self._context.device)
+        again = partial(drawn_again, opened, scene, size, settings)
         self._drawn = Drawn(scene, settings, self.attributes, self.estimate, again, weakref.ref(self))
         return Picture.of(array, self._drawn)
 
@@ -368,8 +367,7 @@ class Renderer:
     def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """Draw a reference: float32 throughout, no ray ended early and no slab drawn whole that the box cuts short.
 
-        So these count as errors of a picture. If rounding of values matters, they are rounded differently than in the
-        picture itself.
+        So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
         """
         exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
         return self._draw(scene, size, replace(exact, slicing="stacks"))
