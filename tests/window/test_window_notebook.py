@@ -41,6 +41,7 @@ def test_a_cell_shows_the_window_and_closing_the_widget_ends_its_processes(tmp_p
     for events in ([start, {**button, "down": True}], [end], [button]):
         cells.hear({"events": events})
     until(lambda: np.abs(seen() - before).max() > 20)
+    until(lambda: widget.get_state("picture")["picture"] == window.picture)  # what is saved with the notebook
     process = window._process.pid
     painters = children_of(process)
     assert painters

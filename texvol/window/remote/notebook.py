@@ -123,10 +123,13 @@ class Window:
 
 
 class Cells:
-    """Cells that show one window, which starts with the first and ends after the last; `send` is the widget's."""
+    """Cells that show one window, which starts with the first and ends after the last.
 
-    def __init__(self, window: Window, send: Any) -> None:
-        self.window, self._send = window, send
+    `send` is the widget's; `keep` is called with the PNG of each frame at rest.
+    """
+
+    def __init__(self, window: Window, send: Any, keep: Any) -> None:
+        self.window, self._send, self._keep = window, send, keep
         self._views = 0
 
     def hear(self, message: Any) -> None:
@@ -151,6 +154,7 @@ class Cells:
             self._send({"error": content[1:].decode("utf-8", "replace")})
         else:
             self._send({}, [content])
+            self._keep(self.window.picture)
 
     def _end_unseen(self) -> None:
         if not self._views:
@@ -181,10 +185,11 @@ def _widget_class() -> Any:
 
         _esm = (_PAGE / "view.js").read_text("utf-8") + (_PAGE / "widget.js").read_text("utf-8")
         width, height = traitlets.Int().tag(sync=True), traitlets.Int().tag(sync=True)
+        picture = traitlets.Bytes().tag(sync=True)  # PNG at rest: saved with the state, it needs no kernel
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1])
-            self.cells = Cells(window, self.send)
+            self.cells = Cells(window, self.send, lambda picture: self.set_trait("picture", picture))
             self.on_msg(lambda _, message, __: self.cells.hear(message))
 
         def _repr_mimebundle_(self, **told: Any) -> Any:
