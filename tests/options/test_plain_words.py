@@ -166,3 +166,11 @@ def test_all_looks_stand_on_one_sheet(capsys: pytest.CaptureFixture[str]) -> Non
     tiles = [sheet[:48, left : left + 48] for left in range(0, 288, 48)]
     assert all(tile.max() > 0.2 for tile in tiles)
     assert main(["presets", "v.npy", "--size", "4", "-o", "sheet.png"]) == 2
+
+
+@pytest.mark.parametrize(("text", "expected"), [("1/255", 1 / 255), ("0.01", 0.01), (" 1 / 64 ", 1 / 64)])
+def test_an_error_may_be_a_fraction(text: str, expected: float) -> None:
+    assert texts.error_limit(text) == expected
+    for wrong in ("1/0", "1/2/3", "/", "one/2", "", "1/"):
+        with pytest.raises(argparse.ArgumentTypeError, match="must be a number"):
+            texts.error_limit(wrong)

@@ -72,7 +72,10 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         "second is enough)",
     )  # fmt: skip
     thickness.add_argument(
-        "--max-error", type=texts.number, metavar="E", help="maximum absolute error of the linear picture"
+        "--max-error",
+        type=texts.error_limit,
+        metavar="E",
+        help="maximum absolute error of the linear picture, such as 0.01 or 1/255",
     )
     group.add_argument(
         "--of", choices=("own", "post"), default="own",

@@ -107,6 +107,15 @@ def number(text: str) -> float:
     return numbers(text, "a number", 1, finite=False)[0]
 
 
+def error_limit(text: str) -> float:
+    """Return a number, which may be a fraction such as 1/255."""
+    above, is_fraction, below = text.partition("/")
+    try:
+        return float(above) / float(below) if is_fraction else number(text)
+    except (ValueError, ZeroDivisionError):
+        raise argparse.ArgumentTypeError(f"must be a number or a fraction, such as 1/255, got {text!r}") from None
+
+
 def air(text: str) -> Air:
     """Return the value of air: a number, "hounsfield", or None for "none"."""
     word = text.strip().lower()

@@ -82,7 +82,7 @@ def chosen(device: int | str, devices: Sequence[Device]) -> Device:
         found = [each for each in devices if text.lower() in each.name.lower()]
     if not found:
         listed = ", ".join(f"{each.number} ({each.name})" for each in devices) or "none"
-        raise InputError(f"device must be a number or a part of a name, got {device!r}; there are: {listed}")
+        raise InputError(f"device must be the number or a part of the name of one, got {device!r}; there are: {listed}")
     usable = [each for each in found if each.reason is None]
     if not usable:
         raise ContextError(f"device {found[0].number} ({found[0].name}) cannot be used: {found[0].reason}")
