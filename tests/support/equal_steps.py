@@ -24,7 +24,7 @@ class EqualSteps:
         picture = np.zeros((size[1], size[0], 4))
         rays = (view.start, view.across, view.down, view.step)
         reach, distance = volume.radius, volume.smallest_spacing
-        over_rows(lambda rows: _march(self.media, rays, reach, distance, rows.start, picture[rows]), size[1])
+        over_rows(lambda rows: _march(self.media, rays, reach, distance, rows.start, picture[rows]), picture.shape)
         return picture
 
 

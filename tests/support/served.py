@@ -67,16 +67,16 @@ def page_of(browser: Browser, folder: Path, url: str, width: int = 600, height: 
 
 PIXELS = """(() => { const c = document.querySelector('canvas'); const o = new OffscreenCanvas(c.width, c.height)
 .getContext('2d'); o.drawImage(c, 0, 0); const d = o.getImageData(0, 0, c.width, c.height).data; let s = '';
-for (let i = 0; i < d.length; i += 4) s += String.fromCharCode(d[i], d[i + 1], d[i + 2]); return btoa(s); })()"""
+for (let i = 0; i < d.length; i += 4) s += String.fromCharCode(d[i], d[i + 1], d[i + 2]);
+return [c.width, c.height, btoa(s)]; })()"""
 
 
 def pixels(page: Page) -> np.ndarray:
     """What the canvas shows, (height, width, 3) integers."""
     import base64
 
-    width, height = page.tell("[document.querySelector('canvas').width, document.querySelector('canvas').height]")
-    content = base64.b64decode(page.tell(PIXELS))
-    return np.frombuffer(content, np.uint8).reshape(height, width, 3).astype(int)
+    width, height, content = page.tell(PIXELS)  # at once: the next frame may have another size
+    return np.frombuffer(base64.b64decode(content), np.uint8).reshape(height, width, 3).astype(int)
 
 
 def shows(page: Page, picture: np.ndarray) -> bool:

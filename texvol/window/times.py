@@ -54,6 +54,7 @@ class Times:
     _tracks: dict[str, list[Volume]] = field(default_factory=dict)
     _asked: tuple[object, ...] = ()
     _counted: bool = False
+    _waiting: bool = False
 
     @property
     def has_steps(self) -> bool:
@@ -62,8 +63,8 @@ class Times:
 
     @property
     def pending(self) -> bool:
-        """True while the wanted step is being read, or the steps are being counted."""
-        return self.ahead is not None and (self.wanted != self.step or not self._counted)
+        """True while the wanted step of a volume is being read, or the steps are being counted."""
+        return self.ahead is not None and (self.wanted != self.step or self._waiting or not self._counted)
 
     @property
     def time(self) -> str:
@@ -122,6 +123,7 @@ class Times:
             self.ahead.close()
         self._document, self.ahead, self._volumes, self._tracks = document, None, (), {}
         self.count, self.step, self.wanted, self.playing, self._asked = 1, 0, 0, False, ()
+        self._waiting = False
         self.shown.clear()
 
     def _look(self, document: Document, wake: Callable[[], None]) -> None:
@@ -179,6 +181,7 @@ class Times:
     def _show(self, document: Document, now: float) -> dict[Volume, Volume]:
         """Put the wanted step into the scene, if one of its volumes is of another step."""
         assert self.ahead is not None
+        self._waiting = False
         stale = any(each.source["time"] != self.wanted for several in self._tracks.values() for each in several)
         if not stale or not self.has_steps:
             self.step = self.wanted
@@ -187,6 +190,8 @@ class Times:
         if steps is None:
             if self.ahead.is_bad(list(self._tracks), self.wanted):
                 self.wanted, self.playing = self.step, False
+            else:
+                self._waiting = True  # also for a volume that was added at another step than the shown one
             return {}
         found = replacements(self._tracks, steps)
         if not _alike(found):
