@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.terminals import on_terminal
+from support.terminals import on_terminal, rippled_ball
 
 from texvol import Scene, Volume
 from texvol.rendering.checking import check_picture
@@ -19,9 +19,7 @@ SHOWN = re.compile(r"texvol: drawing and checking (\d+) %, \d+ s")
 @pytest.fixture
 def volume(tmp_path: Path) -> str:
     """A small volume; a check of many pixels takes a while."""
-    z, y, x = np.mgrid[tuple(slice(-1, 1, 24 * 1j) for _ in range(3))].astype(np.float32)
-    np.save(tmp_path / "ball.npy", (200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 20 * np.sin(60 * x * y)).astype(np.int16))
-    return "ball.npy"
+    return rippled_ball(tmp_path, 24)
 
 
 def test_a_check_of_all_pixels_tells_how_many_are_checked() -> None:
@@ -31,8 +29,11 @@ def test_a_check_of_all_pixels_tells_how_many_are_checked() -> None:
         progress.expect(1.0)
         check_picture(np.zeros((64, 64, 4), np.float32), scene, "all")
     assert told == sorted(told) and len(set(told)) > 2
-    with progress.heard(told.append):
+    few: list[float] = []
+    with progress.heard(few.append, 1.0):
+        progress.expect(1.0)
         check_picture(np.zeros((64, 64, 4), np.float32), scene, 20)
+    assert few and few == sorted(few)
 
 
 def test_ctrl_c_ends_a_check_at_once_and_leaves_nothing(volume: str, tmp_path: Path) -> None:

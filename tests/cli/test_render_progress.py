@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-from support.terminals import on_terminal
+from support.terminals import on_terminal, rippled_ball
 
 SHOWN = re.compile(r"texvol: drawing (\d+) %, \d+ s")
 
@@ -15,9 +14,7 @@ SHOWN = re.compile(r"texvol: drawing (\d+) %, \d+ s")
 @pytest.fixture
 def volume(tmp_path: Path) -> str:
     """A volume that takes a while."""
-    z, y, x = np.mgrid[tuple(slice(-1, 1, 110 * 1j) for _ in range(3))].astype(np.float32)
-    np.save(tmp_path / "ball.npy", (200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 20 * np.sin(60 * x * y)).astype(np.int16))
-    return "ball.npy"
+    return rippled_ball(tmp_path, 110)
 
 
 def test_the_fraction_that_is_drawn_never_falls(volume: str, tmp_path: Path) -> None:

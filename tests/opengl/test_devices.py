@@ -50,6 +50,19 @@ def test_a_device_that_cannot_be_used_is_listed_with_its_reason_in_words() -> No
 
 
 @pytest.mark.usefixtures("two_devices")
+def test_a_number_opens_that_device_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    initialised, opened = egl.Egl._initialised, []
+
+    def heard(library: egl.Egl, name: str, *how) -> int:
+        opened.append(name)
+        return initialised(library, name, *how)
+
+    monkeypatch.setattr(egl.Egl, "_initialised", heard)
+    open_context(device=1).release()
+    assert set(opened) == {"device 1"}
+
+
+@pytest.mark.usefixtures("two_devices")
 def test_the_device_that_is_asked_for_draws_or_none() -> None:
     for device in (1, "1", devices()[1].name[:6].upper()):
         context = open_context(device=device)

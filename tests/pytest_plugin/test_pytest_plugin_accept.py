@@ -79,7 +79,7 @@ def test_what_is_not_on_offer_changes_nothing(reported: Project, capsys: pytest.
     ("key", "text"),
     [
         ("reference", "../outside/far.exr"),
-        ("reference", "/tmp/far.exr"),
+        ("reference", "/elsewhere/far.exr"),
         ("reference", "references/near.exr"),
         ("reference", "conftest.py"),
         ("name", "../far"),
@@ -95,9 +95,11 @@ def test_a_report_leads_out_of_no_folder(reported: Project, key: str, text: str)
         if each["name"] == "far":
             each[key] = text
     file.write_text(json.dumps(content), "utf-8")
-    before = {path: path.read_bytes() for path in reported.folder.parent.rglob("*") if path.is_file()}
+    before = {path: path.read_bytes() for path in reported.folder.rglob("*") if path.is_file()}
     assert main(["accept", "report", "far"]) == 2
-    assert before == {path: path.read_bytes() for path in reported.folder.parent.rglob("*") if path.is_file()}
+    assert before == {path: path.read_bytes() for path in reported.folder.rglob("*") if path.is_file()}
+    for outside in (reported.folder.parent / "outside", reported.folder.parent / "far.exr", Path("/elsewhere")):
+        assert not outside.exists()
 
 
 @pytest.mark.parametrize("is_link", [False, True])

@@ -92,7 +92,7 @@ def test_all_pixels_are_drawn_at_most_as_finely_as_the_picture(renderer: Countin
 @pytest.mark.parametrize("off", [0.02, 1e-4])
 @pytest.mark.parametrize("order", [1.0, 1.3, 1.6, 2.0, 3.0])
 def test_the_error_of_all_pixels_is_extrapolated(order: float, off: float) -> None:
-    """Of an order up to the largest that is believed it is known; of a higher order too large, not too small."""
+    """The estimate is exact up to the largest order that is believed, and above the error for higher orders."""
 
     def draw(thickness: float) -> np.ndarray:
         return np.full((2, 2, 4), 0.5 + off * (thickness / 3.0) ** order)

@@ -72,7 +72,7 @@ return [c.width, c.height, btoa(s)]; })()"""
 
 
 def pixels(page: Page) -> np.ndarray:
-    """What the canvas shows, (height, width, 3) integers."""
+    """Colours of the canvas, (height, width, 3) integers."""
     import base64
 
     width, height, content = page.tell(PIXELS)  # at once: the next frame may have another size
@@ -86,7 +86,7 @@ def shows(page: Page, picture: np.ndarray) -> bool:
 
 
 def settled(page: Page) -> np.ndarray:
-    """What the canvas shows once it shows a PNG that stays."""
+    """Colours of the canvas once it shows a PNG and no longer changes."""
     last: list[np.ndarray] = [np.zeros(0)]
 
     def same() -> bool:

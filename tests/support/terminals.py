@@ -10,6 +10,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from support.windows import PATIENCE, REPOSITORY
 
 
@@ -35,3 +37,11 @@ def on_terminal(folder: Path, words: list[str], interrupt_when: Callable[[str], 
     _, status = os.waitpid(process, 0)
     os.close(terminal)
     return os.waitstatus_to_exitcode(status), printed, time.monotonic() - pressed if pressed else 0.0
+
+
+def rippled_ball(folder: Path, samples: int) -> str:
+    """Write a ball with ripples, samples³ numbers of 16 bits, and return the file's name."""
+    z, y, x = np.mgrid[tuple(slice(-1, 1, samples * 1j) for _ in range(3))].astype(np.float32)
+    ball = 200 * np.exp(-4 * (x**2 + y**2 + z**2)) + 20 * np.sin(60 * x * y)
+    np.save(folder / "ball.npy", ball.astype(np.int16))
+    return "ball.npy"

@@ -308,7 +308,7 @@ def memory_files() -> set[int]:
 
 
 def target_of(descriptor: str) -> str:
-    """What a descriptor refers to; nothing if it has been closed."""
+    """Name of the file that a descriptor refers to; "" if it has been closed."""
     try:
         return os.readlink(f"/proc/self/fd/{descriptor}")
     except OSError:

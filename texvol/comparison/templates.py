@@ -17,6 +17,7 @@ from texvol.util.shown_text import shown
 
 # Each status has a sign besides its colour, for readers who do not see colours. Worst first.
 SIGNS = {"broken": "✕", "different": "≠", "new": "+", "same": "✓"}
+_SHOWN_AS = {"updated": "new"}  # statuses of pytest's reports; all others without a sign of their own are failures
 
 
 def rendered(
@@ -30,6 +31,11 @@ def rendered(
     environment = _environment(package)
     environment.filters.update(filters)
     return environment.get_template(template).render(context)
+
+
+def kind_of_status(status: str) -> str:
+    """Return the status whose sign and colour a status has: itself, or one of `SIGNS`."""
+    return status if status in SIGNS else _SHOWN_AS.get(status, "broken")
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -58,6 +64,7 @@ def _environment(package: str) -> Environment:
     environment.policies["json.dumps_kwargs"] = {"allow_nan": False, "separators": (",", ":")}
     environment.filters["number"] = number
     environment.globals["signs"] = SIGNS
+    environment.globals["kind_of_status"] = kind_of_status
     environment.globals["source"] = lambda name: Markup(loader.get_source(environment, name)[0])
     return environment
 

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from texvol.comparison.ci import FAILING
 from texvol.comparison.pictures import read_picture
-from texvol.comparison.runs.stored import FAILING, Run
+from texvol.comparison.runs.stored import Run
 from texvol.pytest_plugin import names, references
 from texvol.pytest_plugin.references import Reference
 from texvol.util import writing

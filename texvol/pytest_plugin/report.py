@@ -14,8 +14,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from texvol.comparison.ci import FAILING
 from texvol.comparison.runs.commits import commit_of
-from texvol.comparison.runs.stored import FAILING, FILE, INDEX, MARK, PROGRAM, SUMMARY, stamp
+from texvol.comparison.runs.stored import FILE, INDEX, MARK, PROGRAM, SUMMARY, stamp
 from texvol.pytest_plugin.records import Record, counted
 from texvol.util import text_files, writing
 from texvol.util.errors import InputError

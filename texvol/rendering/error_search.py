@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -162,10 +163,8 @@ class ErrorSearch:
         """
         choice = None
         if _may_extrapolate(scene, size, settings, wanted):
-            try:
+            with suppress(NoRoomError):  # thicker slabs need more margin around a brick
                 choice = self._extrapolated(scene, size, settings, wanted)
-            except NoRoomError:  # thicker slabs need more margin around a brick
-                choice = None
         choice = choice or self._held_against_reference(scene, size, settings, wanted)
         if not choice.reached:
             warnings.warn(

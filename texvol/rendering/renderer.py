@@ -260,7 +260,7 @@ class Renderer:
             raise InputError("depth needs a picture of mode isosurface before it, got none")
         scene, size, settings = self._last
         with self._context:
-            drawn = self._draw(scene, size, settings, depth=True)
+            drawn = self._pictures_of(scene).draw(scene, size, settings, depth=True)
         return depth_of(drawn, scene.volume, scene.camera, settings.slab_thickness)
 
     @property
@@ -339,9 +339,9 @@ class Renderer:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _draw(self, scene: CompleteScene, *how: Any, **more: Any) -> NDArray[np.float32]:
-        """Draw the picture, without background, or the depth of its isosurface; see `Pictures.draw`."""
-        return self._pictures_of(scene).draw(scene, *how, **more)
+    def _draw(self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
+        """Draw the picture, without background."""
+        return self._pictures_of(scene).draw(scene, size, settings, repeat)
 
     def _known(self, array: NDArray[np.float32], size: Size) -> Picture:
         """Return the picture that was drawn last, which keeps what it was drawn from."""

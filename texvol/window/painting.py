@@ -52,15 +52,13 @@ class PiecewiseRenderer(Renderer):
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
         super().__init__(compositor=PiecewiseCompositor)
 
-    def _draw(
-        self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1, depth: bool = False
-    ) -> NDArray[np.float32]:
+    def _draw(self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
         """Draw a picture; return a copy of the last one if it had the same scene and settings."""
         kept = self._kept
-        if kept is not None and kept[0] is scene and kept[1:3] == (size, settings) and not depth:
+        if kept is not None and kept[0] is scene and kept[1:3] == (size, settings):
             return kept[3].copy()
-        picture = super()._draw(scene, size, settings, repeat, depth)
-        if settings.early_termination > 0 and not depth:  # without early termination it is a reference of an estimate
+        picture = super()._draw(scene, size, settings, repeat)
+        if settings.early_termination > 0:  # without early termination it is a reference of an estimate
             self._kept = scene, size, settings, picture.copy()
         return picture
 

@@ -17,6 +17,8 @@ from texvol.window.home import Home
 
 CURSORS = {"text_input": "IBEAM_CURSOR", "resize_ew": "HRESIZE_CURSOR", "hand": "HAND_CURSOR"}
 _NO_WINDOW = "to draw without a window, use: texvol render VOLUME -o IMAGE"
+_MOST_TIMES = 16  # a pixel is repeated along each side: a sixteenth of it is blurred then
+_MOST_ENLARGED = 1 << 20  # pixels: more than a view shows, made and uploaded within a few milliseconds
 
 
 def _library() -> Any:
@@ -29,10 +31,6 @@ def _library() -> Any:
     except ImportError as error:  # a system library, such as libX11, is missing
         raise InputError(f"cannot open a window: {error}; {_NO_WINDOW}") from None
     return glfw
-
-
-_MOST_TIMES = 16  # a pixel is repeated along each side: a sixteenth of it is blurred then
-_MOST_ENLARGED = 1 << 20  # pixels: more than a view shows, made and uploaded within a few milliseconds
 
 
 class Screen:

@@ -112,4 +112,4 @@ def _error_line(part: Part, picture: Picture, asked: float) -> str:
     scale = part.value_range or 1.0
     unit = "of the contrast limits" if part.value_range else "of linear light"
     missed = "" if error <= asked else f"; asked for {asked / scale:.2g}, which was not reached"
-    return f"{part.name}: error at most {error / scale:.2g} {unit}{missed}"
+    return f"{part.name}: estimated error {error / scale:.2g} {unit}{missed}"

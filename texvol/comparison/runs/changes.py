@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from texvol.comparison.ci import FAILING
 from texvol.comparison.runs.history import Key, Past
-from texvol.comparison.runs.stored import FAILING, STATUSES
+from texvol.comparison.runs.stored import STATUSES
 
 # Relative difference of two errors that is a change. Sums in another order change the last digits of float32 only; a
 # change that is worth a look changes more than one part in a hundred.

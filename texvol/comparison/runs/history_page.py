@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from texvol.comparison.ci import FAILING
 from texvol.comparison.runs.changes import Change, Story, stories
 from texvol.comparison.runs.history import Past
-from texvol.comparison.runs.stored import FAILING, counted
-from texvol.comparison.templates import rendered
+from texvol.comparison.runs.stored import counted
+from texvol.comparison.templates import kind_of_status, rendered
 
 _WIDTH, _HEIGHT, _MARGIN = 180.0, 40.0, 4.0  # of a chart
 _COMMIT_LETTERS = 10  # enough to find a commit by
-# Colours of statuses in the style sheet; an updated picture has a new reference, a refused one has none.
-_SHOWN_AS = {"updated": "new", "refused": "broken"}
 
 
 def history_page(past: Sequence[Past]) -> str:
@@ -58,11 +57,9 @@ def _shown(story: Story, runs: Sequence[Past]) -> dict[str, Any]:
 
 def _shown_change(change: Change) -> dict[str, Any]:
     found = change.found or {}
-    status = found.get("status", "")
     return {
         **_when(change.run),
-        "status": status,
-        "shown_as": _SHOWN_AS.get(status, status),
+        "status": found.get("status", ""),
         "max_error": found.get("max_error"),
         "rms_error": found.get("rms_error"),
         "thumbnail": found.get("thumbnail", ""),
@@ -90,7 +87,7 @@ def _chart(story: Story, runs: Sequence[Past]) -> list[dict[str, Any]]:
             {
                 "x": round(_MARGIN + number * step, 1),
                 "y": round(_HEIGHT - _MARGIN - height * (_HEIGHT - 2 * _MARGIN), 1),
-                "shown_as": _SHOWN_AS.get(found["status"], found["status"]),
+                "shown_as": kind_of_status(found["status"]),
                 "words": f"{' '.join(_when(run).values())}: {found['status']}{number_words}",
             }
         )

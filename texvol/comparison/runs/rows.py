@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from texvol.comparison.runs.stored import FAILING, STATUSES, Run
+from texvol.comparison.ci import FAILING
+from texvol.comparison.runs.stored import STATUSES, Run
 
 Record = Mapping[str, Any]
 

@@ -14,6 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path, PurePosixPath
 from typing import Any
 
+from texvol.comparison.ci import FAILING
 from texvol.util import text_files
 from texvol.util.errors import InputError
 
@@ -22,7 +23,6 @@ PROGRAM = "texvol pictures"
 MARK = b"<!-- written by pytest --texvol-report -->\n"  # end of the report's pages
 # Worst first.
 STATUSES = ("broken", "different", "new", "refused", "updated", "same")
-FAILING = ("broken", "different", "new", "refused")
 _MOST_BYTES = 1 << 30
 _THUMBNAIL = re.compile(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=]+")
 _COMMIT = re.compile(r"[A-Za-z0-9]{4,64}")

@@ -128,7 +128,8 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
     if device is not None:
         if backend == "osmesa":
             raise InputError(f"device {device!r} is one of EGL: leave backend='osmesa' out")
-        return _open(Egl, chosen(device, devices()).number)
+        with _opening:
+            return _open(Egl, chosen(device, devices(device)).number)
     reasons: list[str] = []
     with _opening:
         with suppress(ContextError):
@@ -143,8 +144,10 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
     raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
 
 
-def devices() -> list[Device]:
+def devices(wanted: int | str | None = None) -> list[Device]:
     """Return the devices that EGL lists, each with its name and driver, or the reason why it cannot be used.
+
+    A context is opened on each to learn its name. If `wanted` is the number of one, the list has only that one.
 
     Raises
     ------
@@ -155,7 +158,9 @@ def devices() -> list[Device]:
         egl = _loaded(Egl)
         assert isinstance(egl, Egl)
         _try(Egl)
-        return [_device(number, strings) for number, strings in enumerate(egl.device_strings())]
+        listed = list(enumerate(egl.device_strings()))
+        alone = [each for each in listed if str(each[0]) == str(wanted).strip()]
+        return [_device(number, strings) for number, strings in alone or listed]
 
 
 def _device(number: int, strings: dict[int, str]) -> Device:

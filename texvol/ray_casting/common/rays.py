@@ -104,15 +104,17 @@ def over_rows(
     trace_rows: Callable[[slice], None],
     shape: tuple[int, ...],
     tell: Callable[[float], None] = lambda fraction: None,
+    *,
+    pixels_at_once: int = PIXELS_AT_ONCE,
 ) -> None:
     """Call `trace_rows` for all rows of a picture, a few rows at a time, in threads; `tell` what fraction is done.
 
-    `shape` begins with the numbers of rows and columns.
+    `shape` begins with the numbers of rows and columns; `pixels_at_once` are the most that one call traces.
     """
     height, width = shape[:2]
     cores = os.cpu_count() or 1
     # A list of pixels is a picture of one column: eight of these would take less time than to begin with them.
-    rows = max(min(PIXELS_AT_ONCE // max(width, 1), -(-height // (_PARTS_OF_EACH * cores))), 1)
+    rows = max(min(pixels_at_once // max(width, 1), -(-height // (_PARTS_OF_EACH * cores))), 1)
     threads = ThreadPoolExecutor(cores)
     try:
         parts = [slice(row, min(row + rows, height)) for row in range(0, height, rows)]

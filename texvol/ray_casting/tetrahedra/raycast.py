@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.medium import medium_of
-from texvol.ray_casting.common.rays import PIXELS_AT_ONCE, Numbers, over_rows
+from texvol.ray_casting.common.rays import Numbers, over_rows
 from texvol.ray_casting.tetrahedra.tracer import Cells, trace_tetrahedra
 from texvol.scene.camera import Camera
 from texvol.scene.picture_size import checked_size
@@ -104,7 +104,7 @@ def _traced(
             trace_tetrahedra(cells, medium, starts[rows], directions[rows], nearest[rows], rows.start, picture[rows])
         )
 
-    over_rows(trace_rows, (size[1], PIXELS_AT_ONCE // _ROWS_AT_ONCE))
+    over_rows(trace_rows, picture.shape, pixels_at_once=_ROWS_AT_ONCE * size[0])
     return picture, max(covered)
 
 
