@@ -58,7 +58,58 @@ if ! new_enough "$python"; then
     fi
 fi
 
-# 2. texvol and its libraries, again whenever pyproject.toml, Python or the place has changed.
+# 2. Beside it, and at the same time, what tests of pages, of the window and of OpenVDB's reader need.
+# Debian's and Ubuntu's only, each asked for once.
+
+kinds="chromium xvfb openvdb"
+may_install() { [ "$manager" = apt-get ] && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
+# GLFW opens libGL by name, and nothing else here needs it.
+find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
+
+has() {
+    case $1 in
+        chromium) command -v chromium || command -v chromium-browser || command -v google-chrome ;;
+        xvfb) command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ] ;;
+        openvdb) /usr/bin/python3 -c 'import pyopenvdb' 2>&1 ;;
+    esac >/dev/null
+}
+packages() {
+    case $1 in
+        chromium) echo chromium ;;
+        xvfb) echo xvfb xdotool xclip libgl1 libgl1-mesa-dri ;;
+        openvdb) echo python3-openvdb ;;
+    esac
+}
+named() {
+    case $1 in
+        chromium) echo Chromium ;;
+        xvfb) echo "Xvfb with xdotool and xclip" ;;
+        openvdb) echo "module of OpenVDB for the system's Python" ;;
+    esac
+}
+
+installing=
+if [ "$extra" = test ] && may_install; then
+    wanted=
+    for each in $kinds; do
+        if ! has "$each" && [ ! -e ".venv/no-$each" ]; then wanted="$wanted $(packages "$each")"; fi
+    done
+    if [ -n "$wanted" ]; then # shellcheck disable=SC2086  (one word for each package)
+        (install_packages $wanted || for each in $wanted; do install_packages "$each" || true; done) & installing=$!
+    fi
+fi
+
+# 3. texvol and its libraries, again whenever pyproject.toml, Python or the place has changed.
+
+pip_install() { "$python" -m pip install --quiet --disable-pip-version-check "$@"; }
+# uv does what pip does in a fraction of the time, and obeys another configuration: where it fails pip is asked.
+install_python() {
+    index=${PIP_INDEX_URL:-$("$python" -m pip config get global.index-url 2>/dev/null || true)}
+    if [ -n "$index" ]; then export UV_DEFAULT_INDEX="$index"; fi
+    pip_install uv 2>/dev/null &&
+        UV_NATIVE_TLS=1 .venv/bin/uv pip install --quiet --python "$python" --editable "$1" 2>/dev/null ||
+        pip_install --editable "$1"
+}
 
 # Any extra has the base in it.
 stamp="$("$python" --version) $(cksum <pyproject.toml) $PWD"
@@ -69,12 +120,13 @@ for each in "$@"; do
 done
 if ! $complete; then
     say "installing texvol${extra:+[$extra]} into .venv"
-    "$python" -m pip install --quiet --disable-pip-version-check --editable ".${extra:+[$extra]}" ||
+    install_python ".${extra:+[$extra]}" ||
         fail "pip could not install texvol${extra:+[$extra]} (see above)"
     printf '%s' "$stamp" >".venv/installed-${extra:-base}"
 fi
+[ -z "$installing" ] || wait "$installing" || true # one package manager at a time; what is missing is named below
 
-# 3. OpenGL.
+# 4. OpenGL.
 
 try_backend="import sys; from texvol.opengl.contexts import open_context; open_context(sys.argv[1]).release()"
 opens() { "$python" -c "$try_backend" "$1" 2>/dev/null; }
@@ -111,40 +163,17 @@ if [ "$wanted_too" = osmesa ]; then
     fi
 fi
 
-# 4. A browser, for the tests that look at pages; Debian's and Ubuntu's only, and asked for once.
+# 5. What tests of pages, of the window and of OpenVDB's reader need beside: without it they are skipped.
 
-may_install() { [ "$manager" = apt-get ] && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
-browses() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
-if [ "$extra" = test ] && ! browses >/dev/null && [ ! -e .venv/no-chromium ]; then
-    if ! may_install || ! (install_packages chromium) 2>/dev/null || ! browses >/dev/null; then
-        : >.venv/no-chromium
-        say "no Chromium here, and none could be installed; what needs a browser is skipped"
-    fi
+if [ "$extra" = test ]; then
+    for each in $kinds; do
+        if has "$each" || [ -e ".venv/no-$each" ]; then continue; fi
+        : >".venv/no-$each"
+        say "no $(named "$each") here, and none could be installed; what needs it is skipped"
+    done
 fi
 
-# 5. A display without a screen, a hand that can be told what to do, and a clipboard, for the tests of the window; likewise.
-
-# GLFW opens libGL by name, and nothing else here needs it.
-has_window() { command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ]; }
-find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
-if [ "$extra" = test ] && ! has_window >/dev/null && [ ! -e .venv/no-xvfb ]; then
-    if ! may_install || ! (install_packages xvfb xdotool xclip libgl1 libgl1-mesa-dri) 2>/dev/null || ! has_window >/dev/null; then
-        : >.venv/no-xvfb
-        say "no Xvfb, xdotool or xclip here, and they could not be installed; what needs a display is skipped"
-    fi
-fi
-
-# 6. OpenVDB's module for the system's Python, for the tests of its reader; likewise.
-
-reads_vdb() { /usr/bin/python3 -c 'import pyopenvdb'; }
-if [ "$extra" = test ] && ! reads_vdb 2>/dev/null && [ ! -e .venv/no-openvdb ]; then
-    if ! may_install || ! (install_packages python3-openvdb) 2>/dev/null || ! reads_vdb 2>/dev/null; then
-        : >.venv/no-openvdb
-        say "no module of OpenVDB for the system's Python here, and none could be installed; what needs it is skipped"
-    fi
-fi
-
-# 7. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
+# 6. ParaView's pvbatch with MPI, and a display for it; asked for by name, so that its absence is an error.
 
 has_paraview() { command -v pvbatch && command -v mpiexec && command -v Xvfb; }
 if [ "$wanted_too" = paraview ] && ! has_paraview >/dev/null; then

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable
 from itertools import chain
 from pathlib import Path
@@ -25,7 +26,7 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 3400  # of damaged files: all made by hand, and 72 more of a kind, 12 of slow ones; see scripts/fuzz.py
+COUNT = 2700  # of damaged files: all made by hand, and 60 more of a kind, 10 of slow ones; see scripts/fuzz.py
 SEED = 18
 SCRIPT = Path(__file__).parents[2] / "scripts/fuzz.py"
 
@@ -41,20 +42,25 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
     found = "\n\n".join(f"{inputs.kind_of(each.number)} {each.number}: {each.text}" for each in results.findings[:5])
     assert not results.findings, f"{fuzz.table(results.counts)}\n{found}"
     assert results.counts.total() == COUNT
-    for kind in inputs.kinds:  # else the damage is so slight, or so great, that nothing is learned of the reader
-        family = kind.split("-")[0].rstrip("34")  # of a slow kind alone there are too few
-        assert sum(results.counts[each, READ] for each in inputs.kinds if each.startswith(family)) > 0, kind
+    # Else the damage is so slight, or so great, that nothing is learned of the reader. Slow kinds, of each of which
+    # there are too few, are counted together.
+    read = Counter(
+        "slow" if kind.startswith(fuzz.SLOW) else kind for kind, outcome in results.counts.elements() if outcome == READ
+    )
+    assert read["slow"] > 0.1 * sum(n for (kind, _), n in results.counts.items() if kind.startswith(fuzz.SLOW))
+    for kind in inputs.kinds:
+        assert kind.startswith(fuzz.SLOW) or read[kind] > 0, kind
         assert results.counts[kind, REFUSED] > 0.05 * COUNT / len(inputs.kinds) or kind == "recent", kind
 
 
 def test_damaged_stores_are_read_or_refused(tmp_path: Path) -> None:
     """In a process of their own: whoever forks must not have threads of TensorStore."""
-    line = [sys.executable, str(SCRIPT), "--kinds", "zarr", "--count", "600", "--seed", str(SEED), "-o", str(tmp_path)]
+    line = [sys.executable, str(SCRIPT), "--kinds", "zarr", "--count", "300", "--seed", str(SEED), "-o", str(tmp_path)]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     ((read, refused),) = re.findall(r"\| zarr \| 600 \| (\d+) \| (\d+) \|", done.stdout)
-    assert int(read) + int(refused) == 600
-    assert min(int(read), int(refused)) > 60, "the damage teaches nothing"
+    assert int(read) + int(refused) == 300
+    assert min(int(read), int(refused)) > 30, "the damage teaches nothing"
 
 
 def test_damage_of_stores_is_of_every_kind() -> None:

@@ -39,19 +39,11 @@ from texvol.util.errors import TexvolError
 BLOCK = 500  # inputs of a child
 _FURTHER = {"volume": "info", "picture": "diff"}  # what a fraction of the files are read for
 _FRACTION = 0.1
-_SLOW = (
-    "dicom",
-    "netcdf",
-    "exodus",
-    "med",
-    "scene",
-    "minc",
-    "fits",
-    "seg-y",
-    "lif",
-    "czi",
-)  # kinds of which there is a sixth as many inputs: reading them forks
-
+# Kinds of which there is a sixth as many inputs: reading them forks.
+SLOW = (
+    *("dicom", "netcdf", "exodus", "med", "scene", "minc", "fits", "seg-y"),
+    *("lif", "czi", "gmsh", "vtk", "xdmf", "imaris", "hdf5"),
+)
 
 # Kinds whose reading starts threads, which do not outlive a fork: nothing in this process may have read one before.
 THREADED = ("zarr",)
@@ -67,7 +59,7 @@ class Inputs:
         if unknown := set(kinds) - set(names):
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
-        self._turns = [kind for turn in range(6) for kind in self.kinds if turn == 0 or not kind.startswith(_SLOW)]
+        self._turns = [kind for turn in range(6) for kind in self.kinds if turn == 0 or not kind.startswith(SLOW)]
         self.sound = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
         self._cases = [each for each in cases() if each.kind in self.kinds]
         self._others = {kind: [*self.sound[kind][0].files.values()] for kind in self.kinds}
