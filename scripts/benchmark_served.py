@@ -65,7 +65,8 @@ class Link:
         async def write() -> None:
             while (piece := await pieces.get())[1]:
                 await asyncio.sleep(max(piece[0] - time.monotonic(), 0))
-                writer.write(piece[1])
+                if not writer.is_closing():
+                    writer.write(piece[1])
             writer.close()
 
         writing, free = asyncio.create_task(write()), 0.0

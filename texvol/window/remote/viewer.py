@@ -1,7 +1,7 @@
 """One viewer of a window: its messages become events, and the newest frame becomes a JPEG or, at rest, a PNG.
 
-Only one frame is under way: the next is packed once the viewer has said that it has drawn the last, and it is the
-newest one then. So a slow line shows fewer frames, and no old ones.
+As many frames are under way as the link carries, see `texvol.window.remote.flow`; when another may be sent, it is the
+newest one. So a slow link shows fewer frames, and no old ones.
 
 A packed frame is a line of JSON, and the picture. A message of the viewer is a JSON object with some of these keys:
 
@@ -26,6 +26,7 @@ from texvol.formats.pictures import quick_png
 from texvol.util.errors import InputError
 from texvol.window.events import Event
 from texvol.window.remote.exchange import Exchange, Frame
+from texvol.window.remote.flow import Flow
 
 SETTLED = 0.15  # seconds without another frame, after which the last one is sent again as a PNG
 _QUALITY = 85  # of a JPEG
@@ -41,7 +42,7 @@ class Viewer:
         self._exchange = exchange
         self._gone = False
         self._number = 0  # of the frame sent last
-        self._drawn = 0  # of the frame drawn last
+        self._flow = Flow()
         self._version, self._is_sharp = -1, False
         self._sent = Frame()
         self._held: dict[tuple[str, str], Event] = {}  # buttons and keys that are down
@@ -94,6 +95,7 @@ class Viewer:
             same = frame.pixels is self._sent.pixels
             is_sharp = exchange.version == self._version or (same and self._is_sharp)
             kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
+            self._flow.send(number, measures=kind == "jpeg")
             self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
         content = _packed(number, frame, self._sent, kind)
         self._sent = frame
@@ -104,17 +106,17 @@ class Viewer:
         exchange = self._exchange
         if self._gone or exchange.ended:
             return 0.0
-        if self._drawn < self._number or not exchange.frame.pixels:
+        if not exchange.frame.pixels or not self._flow.is_open:
             return math.inf
         if exchange.version != self._version:
             return 0.0
         return math.inf if self._is_sharp else exchange.changed_at + SETTLED - time.monotonic()
 
     def _acknowledge(self, number: Any) -> None:
-        if not isinstance(number, int) or not 0 < number <= self._number:
+        if type(number) is not int or not 0 < number <= self._number:
             raise InputError(f"drawn must be the number of a frame, got {number!r}")
         with self._exchange.changed:
-            self._drawn = number
+            self._flow.drawn(number)
             self._exchange.changed.notify_all()
 
 
