@@ -111,15 +111,17 @@ def test_a_viewer_that_draws_nothing_gets_no_more() -> None:
     assert number - sent <= MOST
 
 
-def test_a_picture_at_rest_and_a_message_without_one_measure_nothing() -> None:
+def test_a_message_without_a_picture_measures_nothing() -> None:
     now = [0.0]
     flow = Flow(lambda: now[0])
-    for number, seconds in enumerate([0.02, 0.02, 0.02], 1):
-        flow.send(number)
-        now[0] += seconds
+    for number in range(1, 40, 3):
+        flow.send(number, measures=False)
+        now[0] += 0.001
         flow.drawn(number)
-    flow.send(4, measures=False)
-    now[0] += 5.0
-    flow.drawn(4)
-    flow.send(5)
-    assert flow.is_open
+        for further in (1, 2):
+            flow.send(number + further)
+        for further in (1, 2):
+            now[0] += 0.1
+            flow.drawn(number + further)
+    flow.send(40)
+    assert flow.is_open, "a frame takes 0.1 seconds alone, and not 0.001"
