@@ -109,19 +109,3 @@ def test_a_viewer_that_draws_nothing_gets_no_more() -> None:
         number += 1
         flow.send(number)
     assert number - sent <= MOST
-
-
-def test_a_message_without_a_picture_measures_nothing() -> None:
-    now = [0.0]
-    flow = Flow(lambda: now[0])
-    for number in range(1, 40, 3):
-        flow.send(number, measures=False)
-        now[0] += 0.001
-        flow.drawn(number)
-        for further in (1, 2):
-            flow.send(number + further)
-        for further in (1, 2):
-            now[0] += 0.1
-            flow.drawn(number + further)
-    flow.send(40)
-    assert flow.is_open, "a frame takes 0.1 seconds alone, and not 0.001"

@@ -26,7 +26,7 @@ _STEP = 0.5
 
 
 class _Sent(NamedTuple):
-    """Frame under way; `count` is the number of frames that were then, with it, or 0 if it does not measure the link."""
+    """Frame under way; `count` is the number of frames that were under way then, with it."""
 
     number: int
     at: float
@@ -48,17 +48,16 @@ class Flow:
         count = len(self._under_way)
         return not count or (count + 1 <= self._limit and self._clock() - self._measured_at < _LASTS)
 
-    def send(self, number: int, *, measures: bool = True) -> None:
-        """Note that a frame is sent; it `measures` the link if it is about as large as most frames."""
-        count = len(self._under_way) + 1
-        self._under_way.append(_Sent(number, self._clock(), count if measures else 0))
+    def send(self, number: int) -> None:
+        """Note that a frame is sent."""
+        self._under_way.append(_Sent(number, self._clock(), len(self._under_way) + 1))
 
     def drawn(self, number: int) -> None:
         """Note that a frame, and all before it, have been drawn."""
         now = self._clock()
         while self._under_way and self._under_way[0].number <= number:
             sent = self._under_way.popleft()
-            if sent.number == number and sent.count:
+            if sent.number == number:
                 self._learn(sent.count, now - sent.at, now)
 
     def _learn(self, count: int, took: float, now: float) -> None:

@@ -95,7 +95,7 @@ class Viewer:
             same = frame.pixels is self._sent.pixels
             is_sharp = exchange.version == self._version or (same and self._is_sharp)
             kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
-            self._flow.send(number, measures=kind == "jpeg")
+            self._flow.send(number)
             self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
         content = _packed(number, frame, self._sent, kind)
         self._sent = frame
