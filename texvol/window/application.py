@@ -70,7 +70,7 @@ class Plan:
     frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
     max_error: float = DEFAULT_ERROR
     slicing: str = "stacks"
-    home: Callable[[tuple[int, int], str, Callable[[Event], None]], Home] = Screen
+    home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
     check: Callable[[], None] = lambda: None
 
     @property

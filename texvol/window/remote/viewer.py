@@ -24,13 +24,14 @@ import numpy as np
 
 from texvol.formats.pictures import quick_png
 from texvol.util.errors import InputError
-from texvol.window.events import Event
+from texvol.window.events import Event, is_unicode
 from texvol.window.remote.exchange import Exchange, Frame
 from texvol.window.remote.flow import Flow
 
 SETTLED = 0.15  # seconds without another frame, after which the last one is sent again as a PNG
 _QUALITY = 85  # of a JPEG
 _KINDS = {"move", "button", "scroll", "key", "text", "focus"}  # others, such as files dropped, are none of a viewer's
+_MOST_SIDE = 1e12  # of a size that is asked for; Exchange sets the limit of what is given
 _MOST_AT_ONCE, _MOST_LETTERS, _MOST_PASTED = 256, 64, 1 << 16
 _KEYS = {"drawn", "size", "events", "paste"}
 
@@ -61,8 +62,8 @@ class Viewer:
         if "size" in message:
             self._exchange.ask_size(self, _size(message["size"]))
         if "paste" in message:
-            if not isinstance(message["paste"], str):
-                raise InputError("paste must be a text")
+            if not isinstance(message["paste"], str) or not is_unicode(message["paste"]):
+                raise InputError("paste must be a text of Unicode")
             self._exchange.pasted = message["paste"][:_MOST_PASTED]
         if "events" in message:
             events = _events(message["events"])
@@ -131,8 +132,8 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def _size(value: Any) -> tuple[int, int, float]:
-    is_right = isinstance(value, list) and len(value) == 3 and all(isinstance(each, int | float) for each in value)
-    if not is_right or not all(math.isfinite(each) for each in value):
+    is_right = isinstance(value, list) and len(value) == 3 and all(type(each) in (int, float) for each in value)
+    if not is_right or not all(abs(each) < _MOST_SIDE for each in value):
         raise InputError("size must be [width, height, scale]")
     return value[0], value[1], value[2]
 
