@@ -106,8 +106,9 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
     viewers = arguments.viewers or 1
     exchange = Exchange(viewers)
     server = closers.enter_context(Server(exchange, address, arguments.token, viewers))
-    print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
-    return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto", device=arguments.device))
+    home = partial(OffScreen, exchange, arguments.backend or "auto", device=arguments.device)
+    told = f"the window is at {server.url} until it is closed (ctrl-C)"
+    return replace(plan, home=home, begun=partial(print, told, flush=True))
 
 
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:

@@ -54,6 +54,8 @@ class Plan:
         Files to write: a screenshot at the end, the table of frame times, the recorded input.
     home : callable
         Makes the screen of the window from its size, its title, and the receiver of its events.
+    begun : callable
+        Called once, when the first document is open; without one, as soon as the window is.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
     """
@@ -71,6 +73,7 @@ class Plan:
     max_error: float = DEFAULT_ERROR
     slicing: str = "stacks"
     home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
+    begun: Callable[[], None] = lambda: None
     check: Callable[[], None] = lambda: None
 
     @property
@@ -150,12 +153,15 @@ class Application:
         if plan.open is not None:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
-        desk = self._desk
+        desk, has_begun = self._desk, False
         while not self._over and not desk.wants_close:
             plan.check()
             self.frame()
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
+            if not has_begun and (plan.open is None or desk.document is not None):
+                has_begun = True
+                plan.begun()
         if not desk.is_played:
             kept.keep(desk.preferences.width, self._size_to_keep(), kept.views_of(desk))
         if plan.timings:

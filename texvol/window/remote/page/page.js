@@ -9,9 +9,11 @@
     message.querySelector("span").textContent = text;
     again.hidden = !asks;
   }
-  const view = texvolView(document.getElementById("window"), content => {
+  function send(content) {
     if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(content));
-  });
+  }
+  const view = texvolView(document.getElementById("window"), send);
+  setInterval(send, 1000, {});  // the server takes long silence for a lost connection
 
   function connect() {
     const address = new URL("window" + location.search, location.href);
