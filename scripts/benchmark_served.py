@@ -36,15 +36,16 @@ _SPEED = 150.0  # pixels per second of the mouse
 # Notes each drawn frame: its time, its type, and the middle of its light along x.
 _WATCH = """(() => { window.seen = []; const canvas = document.querySelector('canvas');
 const small = new OffscreenCanvas(160, 30).getContext('2d', {willReadFrequently: true});
-new MutationObserver(() => { small.drawImage(canvas, 0, 0, 160, 30); const data = small.getImageData(0, 0, 160, 30).data;
-let sum = 0, moment = 0; for (let i = 0; i < data.length; i += 4) { const light = data[i] + data[i + 1] + data[i + 2];
+new MutationObserver(() => { small.drawImage(canvas, 0, 0, 160, 30);
+const data = small.getImageData(0, 0, 160, 30).data; let sum = 0, moment = 0;
+for (let i = 0; i < data.length; i += 4) { const light = data[i] + data[i + 1] + data[i + 2];
 sum += light; moment += light * (i / 4 % 160 + 0.5); }
 window.seen.push([performance.timeOrigin + performance.now(), canvas.dataset.type, moment / sum * canvas.width / 160]);
 }).observe(canvas, {attributeFilter: ['data-frame']}); })()"""
 
 
 class Link:
-    """Proxy before a port of this machine; `delay` is in seconds each way, `rate` in bytes per second, 0 for no limit."""
+    """Proxy before a port of this machine, with a `delay` in seconds each way and a `rate` in bytes per second."""
 
     def __init__(self, port: int, delay: float, rate: float) -> None:
         self._target, self._delay, self._rate = port, delay, rate

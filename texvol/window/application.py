@@ -55,7 +55,7 @@ class Plan:
     home : callable
         Makes the screen of the window from its size, its title, and the receiver of its events.
     begun : callable
-        Called once, when the first document is open; without one, as soon as the window is.
+        Called once: with the first document when it is open, or with None if there is none.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
     """
@@ -73,7 +73,7 @@ class Plan:
     max_error: float = DEFAULT_ERROR
     slicing: str = "stacks"
     home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
-    begun: Callable[[], None] = lambda: None
+    begun: Callable[[Document | None], None] = lambda _: None
     check: Callable[[], None] = lambda: None
 
     @property
@@ -161,7 +161,7 @@ class Application:
                 raise InputError(desk.failed_first)
             if not has_begun and (plan.open is None or desk.document is not None):
                 has_begun = True
-                plan.begun()
+                plan.begun(desk.document)
         if not desk.is_played:
             kept.keep(desk.preferences.width, self._size_to_keep(), kept.views_of(desk))
         if plan.timings:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from texvol.util import reach
 from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
@@ -314,6 +315,8 @@ class Desk:
         """Show the file browser in the folder of the last chosen file; `done` gets the path and the entered options."""
         typed = Path(name).expanduser()
         folder = typed.absolute().parent if name else self.folder
+        if not reach.holds(folder):
+            folder = next(iter(recent.folders()), folder)
 
         def chosen(path: str) -> None:
             self.folder = Path(path).parent
@@ -326,6 +329,8 @@ class Desk:
 
     def write(self, document: Document, **job: Any) -> None:
         """Have the clerk write a file, after those that it has been told of."""
+        if not self.attempt(lambda: reach.check(job["path"])):
+            return
         job |= {"scene": at_rest(document.scene), "showing": document.showing, "name": document.origin.volume}
         self.orders.append(job)
         self._write_next()

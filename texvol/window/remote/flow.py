@@ -26,11 +26,11 @@ _STEP = 0.5
 
 
 class _Sent(NamedTuple):
-    """Frame under way; `count` is the number of frames that were under way then, with it."""
+    """Frame under way; `together` is the number of frames that were under way then, with it."""
 
     number: int
     at: float
-    count: int
+    together: int
 
 
 class Flow:
@@ -58,7 +58,7 @@ class Flow:
         while self._under_way and self._under_way[0].number <= number:
             sent = self._under_way.popleft()
             if sent.number == number:
-                self._learn(sent.count, now - sent.at, now)
+                self._learn(sent.together, now - sent.at, now)
 
     def _learn(self, count: int, took: float, now: float) -> None:
         if count == 1 or took < self._alone:

@@ -38,7 +38,7 @@ _PAGE = Path(__file__).parent / "page"
 
 
 class Server:
-    """Server of one window, a context manager; `url` is what is to be opened.
+    """Server of one window, a context manager; `url` is what is to be opened, and answers after `start`.
 
     Raises
     ------
@@ -61,14 +61,21 @@ class Server:
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name="texvol server")
 
-    def __enter__(self) -> Server:
+    def start(self) -> None:
+        """Answer those that have connected, and all others."""
         self._thread.start()
+
+    def __enter__(self) -> Server:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._exchange.end()
-        self._loop.call_soon_threadsafe(self._stop.set)
-        self._thread.join()
+        if self._thread.ident is None:
+            self._socket.close()
+            self._loop.close()
+        else:
+            self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
         self._pool.shutdown()
 
     def _run(self) -> None:
