@@ -64,6 +64,7 @@ function texvolView(element, send) {
   }
   const observer = new ResizeObserver(fit);
   observer.observe(element);
+  window.addEventListener("resize", fit);  // another scale alone does not resize the element
 
   // Fingers: one is the left button once it moves or is lifted, two are the middle button and the wheel.
   const fingers = new Map();
@@ -204,6 +205,6 @@ function texvolView(element, send) {
     canvas,
     begin() { asked = ""; fit(); text.focus({preventScroll: true}); },
     take(data) { return drawing = drawing.catch(() => {}).then(() => draw(data)); },
-    end() { observer.disconnect(); canvas.remove(); text.remove(); }
+    end() { observer.disconnect(); window.removeEventListener("resize", fit); canvas.remove(); text.remove(); }
   };
 }
