@@ -23,7 +23,8 @@ def inside(tmp_path: Path) -> Iterator[Path]:
     (tmp_path / "in/links").symlink_to(tmp_path / "in-other")
     (tmp_path / "in-other/points.ply").write_text("ply")
     (tmp_path / "in-other/tf.json").write_text("{}")
-    reach.limit([str(tmp_path / "in")])
+    (tmp_path / "own").mkdir()
+    reach.limit([str(tmp_path / "in")], [str(tmp_path / "own")])
     yield tmp_path / "in"
     reach.limit(None)
 
@@ -48,7 +49,8 @@ def test_nothing_else_is_read_or_written_outside(inside: Path) -> None:
             writing.write_files({path: b""})
         with pytest.raises(InputError, match="is outside"):
             writing.check_writable(path)
-    writing.write_files({inside / "new": b""})
+    writing.write_files({inside / "new": b"", inside.parent / "own/new": b""})
+    assert reach.folders() == (str(inside),)
     assert sorted(each.name for each in other.iterdir()) == ["a.npy", "points.ply", "tf.json"]
 
 

@@ -107,6 +107,7 @@ def _served(arguments: argparse.Namespace) -> Any:
 def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: contextlib.ExitStack) -> Any:
     """Return a plan whose window is served at an address."""
     from texvol.util import reach
+    from texvol.window import recent
     from texvol.window.remote.exchange import Exchange
     from texvol.window.remote.off_screen import OffScreen
     from texvol.window.remote.server import Server
@@ -117,7 +118,8 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
     closers.callback(reach.limit, None)
 
     def begin(document: Any) -> None:
-        reach.limit([*(arguments.files or ["."]), *_folders(arguments, document)])
+        folders = *(arguments.files or ["."]), *_folders(arguments, document)
+        reach.limit(folders, [str(recent.state_file().parent)])
         server.start()
         print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
 
@@ -126,11 +128,9 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
 
 
 def _folders(arguments: argparse.Namespace, document: Any) -> Iterator[str]:
-    """Yield the folders of the files that the window was started with, and that of what it remembers."""
+    """Yield the folders of the files that the window was started with."""
     from texvol.util.locations import is_remote
-    from texvol.window import recent
 
-    yield str(recent.state_file().parent)
     volumes = document.scene.volumes if document is not None else ()
     files = [each.source.get("absolute") for each in volumes]
     for path in filter(None, [arguments.volume, arguments.scene, *files]):

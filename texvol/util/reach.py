@@ -16,12 +16,20 @@ from texvol.util.errors import InputError
 from texvol.util.locations import is_remote, public
 
 _folders: tuple[str, ...] | None = None  # without links; URLs as they are
+_own: tuple[str, ...] = ()
 
 
-def limit(folders: Iterable[str] | None) -> None:
-    """Allow these folders, and what is in them, and nothing else; None allows everything."""
-    global _folders
+def limit(folders: Iterable[str] | None, own: Iterable[str] = ()) -> None:
+    """Allow these folders, and what is in them, and nothing else; None allows everything.
+
+    Parameters
+    ----------
+    own : iterable of str
+        Folders of files that the program keeps for itself; they are allowed, and not offered to a user.
+    """
+    global _folders, _own
     _folders = None if folders is None else tuple(dict.fromkeys(_real(each) for each in folders))
+    _own = tuple(_real(each) for each in own)
 
 
 def folders() -> tuple[str, ...]:
@@ -31,7 +39,7 @@ def folders() -> tuple[str, ...]:
 
 def holds(path: str | os.PathLike[str]) -> bool:
     """True if a file or a URL may be read, and written where it can be."""
-    return _folders is None or any(_is_inside(_real(os.fspath(path)), each) for each in _folders)
+    return _folders is None or any(_is_inside(_real(os.fspath(path)), each) for each in (*_folders, *_own))
 
 
 def check(path: str | os.PathLike[str]) -> None:

@@ -124,7 +124,6 @@ class Application:
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
-        self._first_size = self._screen.size
 
     def __enter__(self) -> Application:
         return self
@@ -299,10 +298,11 @@ class Application:
     def _arrange(self) -> None:
         """Divide the window between the picture and the panels."""
         screen, desk = self._screen, self._desk
-        width, height = screen.size
-        wanted = desk.preferences.width * max(self._interface.scale, 1.0)
-        beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
-        area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
+        width, height, scale = *screen.size, max(self._interface.scale, 1.0)
+        if screen.is_remote:
+            desk.preferences.suit(width / scale)
+        beside = min(desk.preferences.width * scale, MOST_PANEL * width) if desk.preferences.panels else 0
+        area = Viewport(0, 0, width - round(beside), height)
         foot = panels.timebar.room(desk)
         desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:

@@ -34,8 +34,9 @@ from texvol.window.switched import Off
 from texvol.window.times import Times
 
 MESSAGE_SECONDS = 8.0
-PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
+PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next three
 NARROWEST_PANEL, WIDEST_PANEL = 280.0, 1400.0  # narrower: labels are cut; wider: only empty space grows
+NARROW = 480.0  # of a window: that of a telephone
 MOST_PANEL = 0.6  # fraction of the window's width
 
 
@@ -59,6 +60,12 @@ class Preferences:
     fullscreen: bool = False
     width: float = PANEL_WIDTH  # of the panels
     details: bool = False  # of the picture, at the foot of the panels
+    narrow: bool = False  # the window has no room for picture and panels side by side
+
+    def suit(self, width: float) -> None:
+        """Hide the panels when the window has become narrow; `width` is in window coordinates at scale 1."""
+        narrow, before = width < NARROW, self.narrow
+        self.narrow, self.panels = narrow, self.panels and (before or not narrow)
 
 
 @dataclass

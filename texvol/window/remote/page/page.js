@@ -13,6 +13,7 @@
     if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(content));
   }
   const view = texvolView(document.getElementById("window"), send);
+  document.getElementById("panels").onclick = () => view.press("tab");
   setInterval(send, 1000, {});  // the server takes long silence for a lost connection
 
   function connect() {

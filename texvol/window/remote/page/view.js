@@ -14,6 +14,7 @@ function texvolView(element, send) {
   };
   const BUTTONS = ["left", "middle", "right"];
   const TAP = 6;  // pixels of the page that a finger may move before it drags
+  const AWAY = -99999;  // where no mouse is
   const TURN = 40;  // milliseconds between events of two fingers: each pair takes the window two frames
 
   const canvas = document.createElement("canvas"), text = document.createElement("textarea");
@@ -112,6 +113,7 @@ function texvolView(element, send) {
     }
     began = null;
     let_go(e);
+    if (!fingers.size) put({kind: "move", x: AWAY, y: AWAY});  // else the tip of a button that was tapped stays
   }
 
   const handlers = {
@@ -204,6 +206,7 @@ function texvolView(element, send) {
   return {
     canvas,
     begin() { asked = ""; fit(); text.focus({preventScroll: true}); },
+    press(name) { for (const down of [true, false]) put({kind: "key", name, down}); },
     take(data) { return drawing = drawing.catch(() => {}).then(() => draw(data)); },
     end() { observer.disconnect(); window.removeEventListener("resize", fit); canvas.remove(); text.remove(); }
   };
