@@ -101,12 +101,16 @@ function texvolView(element, send) {
       if (held === "left") move(e.clientX, e.clientY);
     } else if (fingers.size === 2 && e.timeStamp - turned > TURN) {
       turned = e.timeStamp;
-      move(...middle());
-      const now = distance(), ticks = Math.log(now / apart) / Math.log(1.1);
-      if (Math.abs(ticks) > 0.05) { put({kind: "scroll", x: 0, y: ticks}); apart = now; }
+      pinch();
     }
   }
+  function pinch() {
+    move(...middle());
+    const now = distance(), ticks = Math.log(now / apart) / Math.log(1.1);
+    if (Math.abs(ticks) > 0.05) { put({kind: "scroll", x: 0, y: ticks}); apart = now; }
+  }
   function lifted(e) {
+    if (fingers.size === 2 && fingers.has(e.pointerId)) pinch();  // where they were last
     if (!fingers.delete(e.pointerId)) return;
     if (began && e.type === "pointerup") {
       move(began.x, began.y); button("left", true, e); button("left", false, e);
