@@ -21,14 +21,17 @@
     address.protocol = address.protocol === "https:" ? "wss:" : "ws:";
     const opened = socket = new WebSocket(address);
     opened.binaryType = "arraybuffer";
-    opened.onopen = () => { say("", false); delay = 500; view.begin(); };
+    opened.onopen = () => { delay = 500; view.begin(); };
     opened.onmessage = async e => {
+      say("", false);
       const head = await view.take(e.data);
       document.title = head.title;
     };
     opened.onclose = e => {
-      if (e.code === BUSY) say("Another viewer has this window.", true);
-      else if (e.code === ENDED) say("The window is closed.", false);
+      if (e.code === BUSY) {
+        say("Another viewer has this window; it comes here when that one leaves.", false);
+        setTimeout(connect, 1000);
+      } else if (e.code === ENDED) say("The window is closed.", false);
       else if (e.code === WRONG) say("The connection was closed: " + e.reason, true);
       else {
         say("The connection is lost; trying again.", false);
