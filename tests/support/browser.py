@@ -22,7 +22,7 @@ _START = """import fcntl, os, sys
 ends = [fcntl.fcntl(int(each), fcntl.F_DUPFD, 10) for each in sys.argv[1:3]]
 for number, end in enumerate(ends, 3): os.dup2(end, number)
 os.execvp(sys.argv[3], sys.argv[3:])"""
-_PATIENCE = 30  # seconds; a page takes one, and a busy machine some more
+_PATIENCE = 180  # seconds; a page takes one, and a busy machine many more
 _KEYS = {
     "ArrowLeft": 37, "ArrowUp": 38, "ArrowRight": 39, "ArrowDown": 40, "Home": 36, "End": 35, "Tab": 9, "Enter": 13,
 }  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from imgui_bundle import imgui
 
-from texvol.window.events import Event
+from texvol.window.events import Event, Queue
 from texvol.window.interface import Interface
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.off_screen import OffScreen
@@ -15,15 +15,15 @@ from texvol.window.screen import Textures
 
 @pytest.mark.parametrize("backend", ["egl", "osmesa"])
 def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> None:
-    exchange, heard = Exchange(), list[Event]()
-    screen = OffScreen(exchange, backend, (40, 30), "window", heard.append)
+    exchange, heard = Exchange(), Queue()
+    screen = OffScreen(exchange, backend, (40, 30), "window", heard.put)
     try:
         interface = Interface(screen)
         textures = Textures(screen)
         pictured = np.arange(5 * 4 * 3, dtype=np.uint8).reshape(5, 4, 3)
         exchange.ask_size(object(), (48, 32, 1))  # of nobody that looks
         screen.wait(0)
-        assert (screen.size, heard) == ((40, 30), [])
+        assert (screen.size, heard.take()) == ((40, 30), [])
         screen.resize((48, 32))
         for _ in range(2):  # letters are made in the first frame
             interface.begin([])
@@ -48,3 +48,20 @@ def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> No
     rest = np.ones((32, 48), bool)
     rest[3:8, 2:12] = rest[10:15, 20:24] = rest[8:24, 28:40] = False
     assert (seen[rest] == (0, 0, 255)).all()
+
+
+def test_a_flood_of_events_is_refused_and_does_not_grow_in_the_window() -> None:
+    exchange, queue = Exchange(), Queue()
+    screen = OffScreen(exchange, "auto", (40, 30), "window", queue.put)
+    try:
+        clicks = [Event("button", name="left", down=bool(number % 2)) for number in range(256)]
+        refused = 0
+        for _ in range(100):  # frames, of which each uses one click
+            refused += not exchange.put(clicks)
+            screen.wait(0)
+            queue.take()
+        left = queue.put(Event("focus"))
+    finally:
+        screen.close()
+    assert refused > 70
+    assert left < 600

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import signal
 import socket
-import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,9 +13,9 @@ import pytest
 from PIL import Image
 from support.browser import Browser, Page
 from support.served import Served, page_of, pixels, served, settled, shows
-from support.windows import ball, children_of, texvol, until
+from support.windows import PATIENCE, ball, children_of, texvol, until
 
-from texvol.window.remote.server import MOST_CONNECTIONS, PATIENCE
+from texvol.window.remote.server import MOST_CONNECTIONS
 
 SIZE = (240, 160)
 CLOSED = (
@@ -72,7 +71,6 @@ def test_one_finger_turns_and_two_zoom(page: Page, window: tuple[Served, np.ndar
     assert np.abs(turned - window[1]).max() > 20
     page.touch("touchStart", (110, 80), (130, 80))
     for step in range(1, 5):
-        time.sleep(0.05)  # events of two fingers are thinned out
         page.touch("touchMove", (110 - 10 * step, 80), (130 + 10 * step, 80))
     page.touch("touchEnd")
     nearer = settled(page)
@@ -80,15 +78,25 @@ def test_one_finger_turns_and_two_zoom(page: Page, window: tuple[Served, np.ndar
     assert (nearer.max(axis=2) < 8).mean() < 0.7 * (turned.max(axis=2) < 8).mean()
 
 
+def test_a_button_stands_in_for_the_tab_key(page: Page, window: tuple[Served, np.ndarray]) -> None:
+    page.key("r")
+    until(lambda: shows(page, window[1]))
+    hidden = "getComputedStyle(document.getElementById('panels')).display"
+    assert page.tell(hidden) == "none", "there is a keyboard"
+    page.tell("document.getElementById('panels').click()")
+    until(lambda: np.abs(pixels(page) - window[1]).max() > 20)
+    page.tell("document.getElementById('panels').click()")
+    until(lambda: shows(page, window[1]))
+
+
 def test_a_page_that_is_loaded_again_and_one_of_another_size_show_the_window(
     browser: Browser, page: Page, window: tuple[Served, np.ndarray], tmp_path: Path
 ) -> None:
     other = page_of(browser, tmp_path, window[0].url, 200, 150)
-    until(lambda: "Another viewer has this window." in say(other))
+    until(lambda: "Another viewer has this window" in say(other))
     page.call("Page.navigate", url="about:blank")
-    other.click("#message button")
     other.wait_for("document.querySelector('canvas').width === 200 && document.querySelector('canvas').height === 150")
-    assert say(other) == ""
+    until(lambda: say(other) == "")
     other.close()
 
 
@@ -128,7 +136,7 @@ def test_a_thousand_connections_leave_the_viewer_its_window(page: Page, window: 
     def open_files() -> int:
         return len(list(Path(f"/proc/{window[0].process.pid}/fd").iterdir()))
 
-    before_them, began = open_files(), time.monotonic()
+    before_them = open_files()
     with contextlib.ExitStack() as closers:
         for _ in range(1000):
             one = closers.enter_context(socket.socket())
@@ -139,7 +147,6 @@ def test_a_thousand_connections_leave_the_viewer_its_window(page: Page, window: 
         # Those that are refused are ended one step of the loop later.
         until(lambda: open_files() <= before_them + MOST_CONNECTIONS)
         assert most > before_them
-        assert time.monotonic() - began < PATIENCE, "they were ended as idle, not refused"
         page.key("r")
         until(lambda: shows(page, window[1]))
         page.wheel(120, 80, 200)
@@ -154,10 +161,23 @@ def test_ctrl_c_leaves_no_process_and_tells_the_viewer(browser: Browser, tmp_pat
         started = children_of(process.process.pid)
         assert len(started) == 2  # painters
         process.process.send_signal(signal.SIGINT)
-        assert process.process.wait(20) == 130
+        assert process.process.wait(PATIENCE) == 130
         assert not [each for each in started if Path(f"/proc/{each}").exists()]
         until(lambda: say(page) == "The window is closed.")
         page.close()
+
+
+def test_a_volume_that_cannot_be_read_is_refused_before_an_address_is_told(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    from texvol.__main__ import main
+
+    (tmp_path / "broken.nrrd").write_text("hello")
+    with contextlib.chdir(tmp_path):
+        assert main(["view", "broken.nrrd", "--serve", "127.0.0.1:0"]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
+    assert err == "texvol: error: broken.nrrd: named NRRD, but its content is text\n"
 
 
 @pytest.mark.parametrize(
@@ -166,6 +186,8 @@ def test_ctrl_c_leaves_no_process_and_tells_the_viewer(browser: Browser, tmp_pat
         (["--serve", "somewhere:x"], "--serve must be HOST:PORT, such as 127.0.0.1:8765, got 'somewhere:x'"),
         (["--serve", "127.0.0.1:70000"], "--serve must be HOST:PORT, such as 127.0.0.1:8765, got '127.0.0.1:70000'"),
         (["--serve", "--token", "short"], "--token must be at least 8 letters, digits, - or _, got 'short'"),
+        (["--serve", "--files", "nowhere"], "--files must be a folder, got 'nowhere'"),
+        (["--files", "."], "--files is of a window in a browser: give --serve with it"),
         (["--viewers", "2"], "--viewers is of a window in a browser: give --serve with it"),
     ],
 )

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from support.windows import PATIENCE
 
 from texvol.util.errors import InputError
 from texvol.window.events import Event
@@ -39,7 +40,7 @@ def test_a_slow_viewer_gets_the_newest_frame_only_and_a_png_at_rest() -> None:
     waiting.join(0.3)
     assert not seen, "the first frame has not been drawn yet"
     viewer.receive('{"drawn": 1}')
-    waiting.join(10)
+    waiting.join(PATIENCE)
     assert head(seen[0])["type"] == "image/jpeg"
     viewer.receive('{"drawn": 2}')
     last = viewer.next()
@@ -48,6 +49,18 @@ def test_a_slow_viewer_gets_the_newest_frame_only_and_a_png_at_rest() -> None:
     content = last.partition(b"\n")[2]
     with open_png(content) as picture:
         assert np.asarray(picture).tolist() == np.full((2, 3, 3), 40).tolist()
+
+
+def test_a_frame_follows_before_the_last_is_drawn_where_the_link_has_room() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    for number in range(1, 7):
+        exchange.show(**frame(10 * number))
+        assert head(viewer.next())["frame"] == number
+        viewer.receive(json.dumps({"drawn": number}))
+    for number in (7, 8):
+        exchange.show(**frame(10 * number))
+        assert head(viewer.next())["frame"] == number
 
 
 def open_png(content: bytes) -> Image.Image:
@@ -75,7 +88,10 @@ def test_a_frame_that_changes_nothing_is_not_sent_and_a_cursor_needs_no_picture(
     "message",
     [
         "", "{", "7", "[]", "[" * 100_000, '{"else": 1}', '{"drawn": 1}', '{"drawn": "1"}', '{"size": [1, 2]}',
-        '{"size": [1, NaN, 1]}', '{"size": [1e999, 1, 1]}', '{"paste": 3}', '{"events": {}}', '{"events": [3]}',
+        '{"size": [1, NaN, 1]}', '{"size": [' + "9" * 4000 + ', 1, 1]}', '{"size": [true, 1, 1]}', '{"drawn": true}',
+        '{"paste": "\\ud800"}', '{"events": [{"kind": "text", "name": "a\\udfff"}]}',
+        '{"events": [{"kind": "move", "x": ' + "9" * 4000 + "}]}",
+        '{"size": [1e999, 1, 1]}', '{"paste": 3}', '{"events": {}}', '{"events": [3]}',
         '{"events": [{"kind": "drop", "names": ["/etc/passwd"]}]}', '{"events": [{"kind": "close"}]}',
         '{"events": [{"kind": "resize", "x": 1e5, "y": 1e5}]}', '{"events": [{"kind": "move", "x": NaN}]}',
         '{"events": [{"kind": "key", "name": "no such key"}]}', '{"events": [{"kind": "move", "__class__": 1}]}',

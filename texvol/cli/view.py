@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -18,6 +19,7 @@ from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
 
 DEFAULT_SIZE = (960, 720)
+_FILES = "folder whose files it may read and write, / for all; repeatable (the current one); those of VOLUME always"
 _ERROR = "maximum absolute error of the picture at rest (1/255)"
 
 
@@ -46,6 +48,7 @@ def add_view(commands: Any) -> None:
     viewers = partial(texts.count, what="viewers")
     served.add_argument("--viewers", type=viewers, metavar="N", help="browsers that may look at it at once (1)")
     served.add_argument("--backend", choices=("auto", "egl", "osmesa"), help="OpenGL library that draws it (auto)")
+    served.add_argument("--files", action="append", metavar="FOLDER", help=_FILES)
     add_device(served)
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
@@ -83,15 +86,19 @@ def run(arguments: argparse.Namespace) -> None:
 def _served(arguments: argparse.Namespace) -> Any:
     """Return the address at which the window is to be served, None if it is a window of this machine's display."""
     from texvol.util.errors import InputError
+    from texvol.util.locations import is_remote
     from texvol.window.remote.address import address, is_address, token
 
     if arguments.serve is None:
-        for name in ("token", "viewers", "backend", "device"):
+        for name in ("token", "viewers", "backend", "files", "device"):
             if getattr(arguments, name) is not None:
                 raise InputError(f"--{name} is of a window in a browser: give --serve with it")
         return None
     if not is_address(arguments.serve) and arguments.volume is None:
         arguments.volume, arguments.serve = arguments.serve, ""  # texvol view --serve VOLUME
+    for folder in arguments.files or ():
+        if not is_remote(folder) and not os.path.isdir(folder):
+            raise InputError(f"--files must be a folder, got {folder!r}")
     found = address(arguments.serve)
     arguments.token = token(arguments.token)
     return found
@@ -99,6 +106,8 @@ def _served(arguments: argparse.Namespace) -> Any:
 
 def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: contextlib.ExitStack) -> Any:
     """Return a plan whose window is served at an address."""
+    from texvol.util import reach
+    from texvol.window import recent
     from texvol.window.remote.exchange import Exchange
     from texvol.window.remote.off_screen import OffScreen
     from texvol.window.remote.server import Server
@@ -106,8 +115,27 @@ def _at(address: Any, plan: Any, arguments: argparse.Namespace, closers: context
     viewers = arguments.viewers or 1
     exchange = Exchange(viewers)
     server = closers.enter_context(Server(exchange, address, arguments.token, viewers))
-    print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
-    return replace(plan, home=partial(OffScreen, exchange, arguments.backend or "auto", device=arguments.device))
+    closers.callback(reach.limit, None)
+
+    def begin(document: Any) -> None:
+        folders = *(arguments.files or ["."]), *_folders(arguments, document)
+        reach.limit(folders, [str(recent.state_file().parent)])
+        server.start()
+        print(f"the window is at {server.url} until it is closed (ctrl-C)", flush=True)
+
+    home = partial(OffScreen, exchange, arguments.backend or "auto", device=arguments.device)
+    return replace(plan, home=home, begun=begin)
+
+
+def _folders(arguments: argparse.Namespace, document: Any) -> Iterator[str]:
+    """Yield the folders of the files that the window was started with."""
+    from texvol.util.locations import is_remote
+
+    volumes = document.scene.volumes if document is not None else ()
+    files = [each.source.get("absolute") for each in volumes]
+    for path in filter(None, [arguments.volume, arguments.scene, *files]):
+        path = path.partition("::")[0]
+        yield path if is_remote(path) or os.path.isdir(path) else os.path.dirname(os.path.abspath(path))
 
 
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:

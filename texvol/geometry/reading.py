@@ -19,6 +19,7 @@ from texvol.formats.readers.loading import named_faults, silent_libraries
 from texvol.formats.readers.samples import FileFault, check_size
 from texvol.geometry.mesh_text import plain_obj, plain_ply, plain_stl
 from texvol.scene.shapes import MESH_COLOR, Mesh
+from texvol.util import reach
 from texvol.util.errors import InputError
 from texvol.util.text_files import check_regular
 
@@ -57,6 +58,7 @@ def load_mesh(
 
 
 def _read(kind: str, path: str) -> Parts:
+    reach.check(path)
     size = check_regular(path)
     if not size:
         raise FileFault("is empty")

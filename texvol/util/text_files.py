@@ -15,6 +15,7 @@ from collections.abc import Callable
 from itertools import chain
 from typing import Any
 
+from texvol.util import reach
 from texvol.util.errors import InputError
 
 MOST_TOML_BYTES = 1 << 20  # tomllib parses them in half a second
@@ -67,6 +68,7 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
     InputError
         If the file can't be read, is not a regular file, is too long, or is not UTF-8.
     """
+    reach.check(path)
     size = check_regular(path)
     try:
         with open(path, "rb") as file:

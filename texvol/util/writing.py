@@ -18,13 +18,14 @@ from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 
-from texvol.util import text_files
+from texvol.util import reach, text_files
 from texvol.util.errors import InputError
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise InputError if no file can be written to `path`; called before the work of making the file."""
     text_files.check_name(path)
+    reach.check(path)
     path = Path(path)
     folder = path.parent
     _check_link(path)

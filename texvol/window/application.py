@@ -54,6 +54,8 @@ class Plan:
         Files to write: a screenshot at the end, the table of frame times, the recorded input.
     home : callable
         Makes the screen of the window from its size, its title, and the receiver of its events.
+    begun : callable
+        Called once: with the first document when it is open, or with None if there is none.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
     """
@@ -70,7 +72,8 @@ class Plan:
     frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
     max_error: float = DEFAULT_ERROR
     slicing: str = "stacks"
-    home: Callable[[tuple[int, int], str, Callable[[Event], None]], Home] = Screen
+    home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
+    begun: Callable[[Document | None], None] = lambda _: None
     check: Callable[[], None] = lambda: None
 
     @property
@@ -121,7 +124,6 @@ class Application:
         self._shots: list[str] = []
         self._last = self._last_picture = self._started = screen.time
         self._changed_at: float | None = None
-        self._first_size = self._screen.size
 
     def __enter__(self) -> Application:
         return self
@@ -150,12 +152,15 @@ class Application:
         if plan.open is not None:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
-        desk = self._desk
+        desk, has_begun = self._desk, False
         while not self._over and not desk.wants_close:
             plan.check()
             self.frame()
             if desk.document is None and desk.failed_first:
                 raise InputError(desk.failed_first)
+            if not has_begun and (plan.open is None or desk.document is not None):
+                has_begun = True
+                plan.begun(desk.document)
         if not desk.is_played:
             kept.keep(desk.preferences.width, self._size_to_keep(), kept.views_of(desk))
         if plan.timings:
@@ -293,10 +298,11 @@ class Application:
     def _arrange(self) -> None:
         """Divide the window between the picture and the panels."""
         screen, desk = self._screen, self._desk
-        width, height = screen.size
-        wanted = desk.preferences.width * max(self._interface.scale, 1.0)
-        beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
-        area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
+        width, height, scale = *screen.size, max(self._interface.scale, 1.0)
+        if screen.is_remote:
+            desk.preferences.suit(width / scale)
+        beside = min(desk.preferences.width * scale, MOST_PANEL * width) if desk.preferences.panels else 0
+        area = Viewport(0, 0, width - round(beside), height)
         foot = panels.timebar.room(desk)
         desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:

@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from texvol.util import reach
+from texvol.util.errors import InputError
 from texvol.window.events import Event
 from texvol.window.listing import HERE, Entry, Listing, Order, completed, first_fitting, ordered
 
@@ -116,6 +118,11 @@ class Browser:
     def enter(self, text: str) -> None:
         """Go to a typed path: list a folder, or choose a file."""
         path = Path(os.path.abspath(self.folder / os.path.expanduser(text)))
+        try:
+            reach.check(path)
+        except InputError as error:
+            self.listing.fault = str(error)
+            return
         if path.is_dir() and not (path.name.lower().endswith(".zarr") and not self.saves):
             self.go(path)
             self.text = ""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from texvol.util import reach
 from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
@@ -33,8 +34,9 @@ from texvol.window.switched import Off
 from texvol.window.times import Times
 
 MESSAGE_SECONDS = 8.0
-PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next two
+PANEL_WIDTH = 360.0  # window coordinates at scale 1, as are the next three
 NARROWEST_PANEL, WIDEST_PANEL = 280.0, 1400.0  # narrower: labels are cut; wider: only empty space grows
+NARROW = 480.0  # of a window: that of a telephone
 MOST_PANEL = 0.6  # fraction of the window's width
 
 
@@ -58,6 +60,12 @@ class Preferences:
     fullscreen: bool = False
     width: float = PANEL_WIDTH  # of the panels
     details: bool = False  # of the picture, at the foot of the panels
+    narrow: bool = False  # the window has no room for picture and panels side by side
+
+    def suit(self, width: float) -> None:
+        """Hide the panels when the window has become narrow; `width` is in window coordinates at scale 1."""
+        narrow, before = width < NARROW, self.narrow
+        self.narrow, self.panels = narrow, self.panels and (before or not narrow)
 
 
 @dataclass
@@ -314,6 +322,8 @@ class Desk:
         """Show the file browser in the folder of the last chosen file; `done` gets the path and the entered options."""
         typed = Path(name).expanduser()
         folder = typed.absolute().parent if name else self.folder
+        if not reach.holds(folder):
+            folder = next(iter(recent.folders()), folder)
 
         def chosen(path: str) -> None:
             self.folder = Path(path).parent
@@ -326,6 +336,8 @@ class Desk:
 
     def write(self, document: Document, **job: Any) -> None:
         """Have the clerk write a file, after those that it has been told of."""
+        if not self.attempt(lambda: reach.check(job["path"])):
+            return
         job |= {"scene": at_rest(document.scene), "showing": document.showing, "name": document.origin.volume}
         self.orders.append(job)
         self._write_next()

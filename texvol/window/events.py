@@ -50,7 +50,7 @@ class Event:
     Raises
     ------
     InputError
-        If a kind, button, key or modifier is unknown.
+        If a kind, button, key or modifier is unknown, or a name is no text of Unicode.
     """
 
     kind: Kind
@@ -64,6 +64,8 @@ class Event:
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise InputError(f"event kind must be one of {', '.join(KINDS)}, got {self.kind!r}")
+        if not is_unicode(self.name):
+            raise InputError(f"event name must be a text of Unicode, got {self.name!r}")
         if self.kind == "button" and self.name not in BUTTONS:
             raise InputError(f"mouse button must be one of {', '.join(BUTTONS)}, got {self.name!r}")
         if self.kind == "key" and self.name not in KEYS:
@@ -87,6 +89,11 @@ class Event:
             if isinstance(error, InputError):
                 raise
             raise InputError(f"event {content!r} is not valid: {error}") from None
+
+
+def is_unicode(text: str) -> bool:
+    """True unless a text has one half of a surrogate pair alone, which JSON can hold and Dear ImGui refuses."""
+    return not any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
 def _number(value: Any) -> float:
@@ -122,13 +129,14 @@ class Queue:
         """Return True if events wait."""
         return bool(self._waiting)
 
-    def put(self, event: Event) -> None:
-        """Add an event; a move replaces the move directly before it."""
+    def put(self, event: Event) -> int:
+        """Add an event, and return the number of those that wait; a move replaces the move directly before it."""
         last = self._waiting[-1] if self._waiting else None
         if event.kind == "move" and last and last.kind == "move":
             self._waiting[-1] = event
         else:
             self._waiting.append(event)
+        return len(self._waiting)
 
     def append(self, event: Event) -> None:
         """Add an event of a script, of which every move counts: what is played back depends on no frame rate."""

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Literal
 
 from texvol.formats.readers.detection import FORMATS, has_preamble
+from texvol.util import reach
+from texvol.util.errors import InputError
 from texvol.window.contents import KINDS
 
 MOST = 20_000  # entries of a listing
@@ -72,9 +74,13 @@ class Listing:
     def read(self) -> None:
         """Read the folder, in any order."""
         try:
+            reach.check(self.folder)
             with os.scandir(self.folder) as found:
                 kept = [_entry(each) for each, _ in zip(found, range(MOST), strict=False)]
                 self.fault = f"only {MOST:,} entries are shown" if next(found, None) is not None else ""
+        except InputError as error:
+            self.entries, self.fault = [], str(error)
+            return
         except OSError as error:
             self.entries, self.fault = [], f"{self.folder}: {error.strerror or error}"
             return

@@ -8,13 +8,14 @@ from argparse import ArgumentTypeError
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from texvol.options.groups import SCENE_OPTIONS
 from texvol.options.reading import READING
 from texvol.scene.scene import Scene
-from texvol.util import text_files, writing
+from texvol.util import reach, text_files, writing
 from texvol.util.errors import InputError
 from texvol.util.locations import absolute, is_remote, may_exist
 from texvol.window.naming import called
@@ -89,15 +90,16 @@ def files() -> list[Recent]:
     with suppress(OSError, ValueError, RuntimeError):
         content = text_files.parsed_json(text_files.read_text(state_file(), "JSON", _MOST_BYTES), str(state_file()))
         found = map(Recent.from_json, content if isinstance(content, list) else [])
-        return [each for each in found if each is not None and may_exist(each.path)][:_MOST]
+        there = (each for each in found if each is not None and reach.holds(each.path) and may_exist(each.path))
+        return list(islice(there, _MOST))
     return []
 
 
 def folders() -> list[Path]:
     """Return the folders of recent files, the current folder and the home folder."""
     found = [os.path.dirname(each.path) for each in files() if not is_remote(each.path)]
-    known = [Path(folder) for folder in dict.fromkeys([os.path.abspath("."), *found, str(Path.home())])]
-    return [folder for folder in known if folder.is_dir()]
+    known = [*reach.folders(), os.path.abspath("."), *found, str(Path.home())]
+    return [Path(folder) for folder in dict.fromkeys(known) if reach.holds(folder) and os.path.isdir(folder)]
 
 
 def add(path: str, options: Mapping[str, Any]) -> None:

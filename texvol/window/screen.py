@@ -53,7 +53,7 @@ class Screen:
 
     is_remote = False
 
-    def __init__(self, size: tuple[int, int], title: str, put: Callable[[Event], None]) -> None:
+    def __init__(self, size: tuple[int, int], title: str, put: Callable[[Event], int]) -> None:
         glfw = self._glfw = _library()
         self._put = put
         with warnings.catch_warnings():

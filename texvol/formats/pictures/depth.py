@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.formats.pictures import image
-from texvol.util import writing
+from texvol.util import reach, writing
 from texvol.util.errors import InputError
 from texvol.util.terminal import library_reason
 
@@ -33,6 +33,7 @@ def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     """
     import OpenImageIO as oiio
 
+    reach.check(path)
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
         raise InputError(f"{path}: cannot be read: {library_reason(oiio.geterror())}")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import quick_png
-from texvol.util import writing
+from texvol.util import reach, writing
 from texvol.util.color import linear_from_srgb
 from texvol.util.errors import InputError
 from texvol.util.terminal import library_reason
@@ -91,6 +91,7 @@ def read(path: str | os.PathLike[str]) -> NDArray[np.float32]:
     """Return the pixels of a file, (height, width, channels) float32; 8 bits become [0, 1], sRGB stays sRGB."""
     import OpenImageIO as oiio
 
+    reach.check(path)
     source = oiio.ImageInput.open(os.fspath(path))
     if source is None:
         raise InputError(f"{path}: cannot be read: {library_reason(oiio.geterror())}")

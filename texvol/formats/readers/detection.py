@@ -9,6 +9,7 @@ import zlib
 
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.formats.readers.samples import Choice, FileFault
+from texvol.util import reach
 from texvol.util.locations import is_remote
 
 _PACKED = ("", ".gz", ".bz2")
@@ -163,7 +164,10 @@ def format_of(path: str, choice: Choice) -> str:
     ------
     FileFault
         If it does not exist, is empty, is not read by texvol, or contradicts its name.
+    InputError
+        If it is out of reach, see `texvol.util.reach`.
     """
+    reach.check(path)
     found = "Zarr" if is_remote(path) else _format_here(path, choice)
     _check_choice(found, choice)
     return found

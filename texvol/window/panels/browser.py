@@ -46,6 +46,8 @@ def browse(desk: Desk) -> None:
         _end(desk, browser)
         return
     _field(browser)
+    if browser.listing.fault:
+        imgui.text_wrapped(browser.listing.fault)
     foot = (2 if browser.takes_words else 1) * imgui.get_frame_height_with_spacing()
     if size.x >= _FEWEST * scale and browser.places:
         _places(browser, foot)
@@ -158,10 +160,10 @@ def _entries(browser: Browser, foot: float) -> None:
         imgui.table_header(name)
         imgui.set_item_tooltip(f"sort by {name}; once more: the other way round")
     _sort(browser)
-    if browser.listing.fault or entries is None:
+    if entries is None:
         imgui.table_next_row()
         imgui.table_next_column()
-        imgui.text_disabled(browser.listing.fault or "…")
+        imgui.text_disabled("…")
     picked = _rows(browser, entries or [])
     imgui.end_table()
     if picked is not None:

@@ -108,16 +108,14 @@ class Exchange:
             self._woken = True
             self.changed.notify_all()
 
-    def wait(self, seconds: float) -> list[Event]:
-        """Return the events that came, and wait for one for at most `seconds`."""
+    def wait(self, seconds: float, most: int = MOST_EVENTS) -> list[Event]:
+        """Return the events that came, at most so many, and wait for one for at most `seconds`."""
         end = time.monotonic() + seconds
         with self.changed:
             while not self._events and not self._woken and (left := end - time.monotonic()) > 0:
                 self.changed.wait(left)
             self._woken = False
-            events = list(self._events)
-            self._events.clear()
-        return events
+            return [self._events.popleft() for _ in range(min(len(self._events), most))]
 
     def show(self, **changes: Any) -> None:
         """Replace parts of the frame; the same again is no new frame."""

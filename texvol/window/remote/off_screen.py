@@ -16,6 +16,8 @@ from texvol.window.events import Event
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.interface_drawing import InterfaceDrawing
 
+_MOST_WAITING = 256  # events
+
 
 class OffScreen:
     """The off-screen twin of `texvol.window.screen.Screen`; its context is current on the thread that created it.
@@ -34,10 +36,11 @@ class OffScreen:
         backend: str,
         size: tuple[int, int],
         title: str,
-        put: Callable[[Event], None],
+        put: Callable[[Event], int],
         device: int | str | None = None,
     ) -> None:
         self._exchange, self._put = exchange, put
+        self._waiting = 0  # events that the window has and has not used yet
         self._size, self._scale = size, 1.0
         self._closers = ExitStack()
         context = open_context(backend, device)
@@ -71,14 +74,15 @@ class OffScreen:
 
     def wait(self, seconds: float) -> None:
         """Process events, and wait for an event for at most `seconds`."""
-        events = self._exchange.wait(seconds)
+        # A frame uses one event at least; more than the window uses stay in the exchange, which refuses a flood.
+        events = self._exchange.wait(seconds, max(_MOST_WAITING - self._waiting, 1))
         wanted = self._exchange.wanted
         if wanted is not None and wanted != (*self._size, self._scale):
             self._scale = wanted[2]
             self.resize((wanted[0], wanted[1]))
             self._put(Event("resize", *self._size))
         for event in events:
-            self._put(event)
+            self._waiting = self._put(event)
 
     def wake(self) -> None:
         """End `wait` early; may be called from any thread."""

@@ -29,14 +29,16 @@ MOST_CONNECTIONS = 64
 _AT_ONCE = 128  # connections that wait to be accepted, and are accepted together
 _COUNTED = 1.0  # seconds after which an accepted connection is surely counted
 PATIENCE = 10.0  # seconds until a connection has become a viewer's; no page takes longer
-_HEARTBEAT = 10.0  # seconds between questions to a viewer's machine whether it is still there
+# Seconds of silence after which a viewer is asked whether it is still there; it has half of that to answer. A page says
+# something each second, so that a slow link on which the question waits behind a picture is not taken for a dead one.
+_HEARTBEAT = 4.0
 _MOST_BYTES = 1 << 17  # of a message
 BUSY, ENDED, WRONG = 4001, 4002, 4003  # why a websocket was closed; page.js knows them
 _PAGE = Path(__file__).parent / "page"
 
 
 class Server:
-    """Server of one window, a context manager; `url` is what is to be opened.
+    """Server of one window, a context manager; `url` is what is to be opened, and answers after `start`.
 
     Raises
     ------
@@ -59,14 +61,21 @@ class Server:
         self._stop = asyncio.Event()
         self._thread = threading.Thread(target=self._run, daemon=True, name="texvol server")
 
-    def __enter__(self) -> Server:
+    def start(self) -> None:
+        """Answer those that have connected, and all others."""
         self._thread.start()
+
+    def __enter__(self) -> Server:
         return self
 
     def __exit__(self, *_: object) -> None:
         self._exchange.end()
-        self._loop.call_soon_threadsafe(self._stop.set)
-        self._thread.join()
+        if self._thread.ident is None:
+            self._socket.close()
+            self._loop.close()
+        else:
+            self._loop.call_soon_threadsafe(self._stop.set)
+            self._thread.join()
         self._pool.shutdown()
 
     def _run(self) -> None:

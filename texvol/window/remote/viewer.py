@@ -1,7 +1,7 @@
 """One viewer of a window: its messages become events, and the newest frame becomes a JPEG or, at rest, a PNG.
 
-Only one frame is under way: the next is packed once the viewer has said that it has drawn the last, and it is the
-newest one then. So a slow line shows fewer frames, and no old ones.
+As many frames are under way as the link carries, see `texvol.window.remote.flow`; when another may be sent, it is the
+newest one. So a slow link shows fewer frames, and no old ones.
 
 A packed frame is a line of JSON, and the picture. A message of the viewer is a JSON object with some of these keys:
 
@@ -24,12 +24,14 @@ import numpy as np
 
 from texvol.formats.pictures import quick_png
 from texvol.util.errors import InputError
-from texvol.window.events import Event
+from texvol.window.events import Event, is_unicode
 from texvol.window.remote.exchange import Exchange, Frame
+from texvol.window.remote.flow import Flow
 
 SETTLED = 0.15  # seconds without another frame, after which the last one is sent again as a PNG
 _QUALITY = 85  # of a JPEG
 _KINDS = {"move", "button", "scroll", "key", "text", "focus"}  # others, such as files dropped, are none of a viewer's
+_MOST_SIDE = 1e12  # of a size that is asked for; Exchange sets the limit of what is given
 _MOST_AT_ONCE, _MOST_LETTERS, _MOST_PASTED = 256, 64, 1 << 16
 _KEYS = {"drawn", "size", "events", "paste"}
 
@@ -41,7 +43,7 @@ class Viewer:
         self._exchange = exchange
         self._gone = False
         self._number = 0  # of the frame sent last
-        self._drawn = 0  # of the frame drawn last
+        self._flow = Flow()
         self._version, self._is_sharp = -1, False
         self._sent = Frame()
         self._held: dict[tuple[str, str], Event] = {}  # buttons and keys that are down
@@ -60,8 +62,8 @@ class Viewer:
         if "size" in message:
             self._exchange.ask_size(self, _size(message["size"]))
         if "paste" in message:
-            if not isinstance(message["paste"], str):
-                raise InputError("paste must be a text")
+            if not isinstance(message["paste"], str) or not is_unicode(message["paste"]):
+                raise InputError("paste must be a text of Unicode")
             self._exchange.pasted = message["paste"][:_MOST_PASTED]
         if "events" in message:
             events = _events(message["events"])
@@ -94,6 +96,7 @@ class Viewer:
             same = frame.pixels is self._sent.pixels
             is_sharp = exchange.version == self._version or (same and self._is_sharp)
             kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
+            self._flow.send(number)
             self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
         content = _packed(number, frame, self._sent, kind)
         self._sent = frame
@@ -104,17 +107,17 @@ class Viewer:
         exchange = self._exchange
         if self._gone or exchange.ended:
             return 0.0
-        if self._drawn < self._number or not exchange.frame.pixels:
+        if not exchange.frame.pixels or not self._flow.is_open:
             return math.inf
         if exchange.version != self._version:
             return 0.0
         return math.inf if self._is_sharp else exchange.changed_at + SETTLED - time.monotonic()
 
     def _acknowledge(self, number: Any) -> None:
-        if not isinstance(number, int) or not 0 < number <= self._number:
+        if type(number) is not int or not 0 < number <= self._number:
             raise InputError(f"drawn must be the number of a frame, got {number!r}")
         with self._exchange.changed:
-            self._drawn = number
+            self._flow.drawn(number)
             self._exchange.changed.notify_all()
 
 
@@ -129,8 +132,8 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def _size(value: Any) -> tuple[int, int, float]:
-    is_right = isinstance(value, list) and len(value) == 3 and all(isinstance(each, int | float) for each in value)
-    if not is_right or not all(math.isfinite(each) for each in value):
+    is_right = isinstance(value, list) and len(value) == 3 and all(type(each) in (int, float) for each in value)
+    if not is_right or not all(abs(each) < _MOST_SIDE for each in value):
         raise InputError("size must be [width, height, scale]")
     return value[0], value[1], value[2]
 

@@ -14,6 +14,7 @@ function texvolView(element, send) {
   };
   const BUTTONS = ["left", "middle", "right"];
   const TAP = 6;  // pixels of the page that a finger may move before it drags
+  const AWAY = -99999;  // where no mouse is
   const TURN = 40;  // milliseconds between events of two fingers: each pair takes the window two frames
 
   const canvas = document.createElement("canvas"), text = document.createElement("textarea");
@@ -64,6 +65,7 @@ function texvolView(element, send) {
   }
   const observer = new ResizeObserver(fit);
   observer.observe(element);
+  window.addEventListener("resize", fit);  // another scale alone does not resize the element
 
   // Fingers: one is the left button once it moves or is lifted, two are the middle button and the wheel.
   const fingers = new Map();
@@ -99,18 +101,23 @@ function texvolView(element, send) {
       if (held === "left") move(e.clientX, e.clientY);
     } else if (fingers.size === 2 && e.timeStamp - turned > TURN) {
       turned = e.timeStamp;
-      move(...middle());
-      const now = distance(), ticks = Math.log(now / apart) / Math.log(1.1);
-      if (Math.abs(ticks) > 0.05) { put({kind: "scroll", x: 0, y: ticks}); apart = now; }
+      pinch();
     }
   }
+  function pinch() {
+    move(...middle());
+    const now = distance(), ticks = Math.log(now / apart) / Math.log(1.1);
+    if (Math.abs(ticks) > 0.05) { put({kind: "scroll", x: 0, y: ticks}); apart = now; }
+  }
   function lifted(e) {
+    if (fingers.size === 2 && fingers.has(e.pointerId)) pinch();  // where they were last
     if (!fingers.delete(e.pointerId)) return;
     if (began && e.type === "pointerup") {
       move(began.x, began.y); button("left", true, e); button("left", false, e);
     }
     began = null;
     let_go(e);
+    if (!fingers.size) put({kind: "move", x: AWAY, y: AWAY});  // else the tip of a button that was tapped stays
   }
 
   const handlers = {
@@ -203,7 +210,8 @@ function texvolView(element, send) {
   return {
     canvas,
     begin() { asked = ""; fit(); text.focus({preventScroll: true}); },
+    press(name) { for (const down of [true, false]) put({kind: "key", name, down}); },
     take(data) { return drawing = drawing.catch(() => {}).then(() => draw(data)); },
-    end() { observer.disconnect(); canvas.remove(); text.remove(); }
+    end() { observer.disconnect(); window.removeEventListener("resize", fit); canvas.remove(); text.remove(); }
   };
 }
