@@ -56,6 +56,8 @@ class Plan:
         Makes the screen of the window from its size, its title, and the receiver of its events.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
+    shows_empty : bool
+        False: frames before the first picture are not shown.
     """
 
     size: tuple[int, int]
@@ -72,6 +74,7 @@ class Plan:
     slicing: str = "stacks"
     home: Callable[[tuple[int, int], str, Callable[[Event], None]], Home] = Screen
     check: Callable[[], None] = lambda: None
+    shows_empty: bool = True
 
     @property
     def ends(self) -> bool:
@@ -197,7 +200,8 @@ class Application:
         self._note(start, new)
         self._screenshots()
         screen.check()
-        screen.swap()
+        if self._plan.shows_empty or self._begun:
+            screen.swap()
 
     def _patience(self) -> float:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""

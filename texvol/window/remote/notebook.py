@@ -68,7 +68,7 @@ def show(
     if not interactive:
         with Renderer(backend) as renderer:
             return renderer.render(scene, pixels, **accuracy)
-    name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else str(scene.volume.name or "")
+    name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
     return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
 
 
@@ -83,7 +83,7 @@ class Window:
     def __init__(self, scene: Scene, size: tuple[int, int], name: str, *, panels: bool, backend: str) -> None:
         self.scene, self.size, self.backend = scene, size, backend
         self.number = next(self._numbers)
-        name = name or f"window{self.number}"
+        name = f"window{self.number}" if name in ("", "volume") else name  # files of two windows have two names
         self.title = f"texvol window {self.number}: {os.path.basename(name)}"
         self._told: dict[str, Any] = {"scene": scene, "size": size, "name": name, "panels": panels, "backend": backend}
         self._process: subprocess.Popen[bytes] | None = None
