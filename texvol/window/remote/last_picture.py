@@ -23,8 +23,8 @@ class LastPicture:
 
     def __init__(self, width: int, keep: Callable[[bytes], None]) -> None:
         self.png = b""
-        self._keep, self._metadata = keep, {"image/png": {"width": width}}
-        self._output = f"texvol-{uuid.uuid4().hex}"
+        self.output = uuid.uuid4().hex  # name by which the outputs are found
+        self._keep, self._metadata = keep, {"image/png": {"width": width}, "texvol": self.output}
         self._is_displayed = False
         self._timer: threading.Timer | None = None
 
@@ -46,15 +46,15 @@ class LastPicture:
         if not self.png:
             self.png = first()
         self._keep(self.png)
-        display(self._content(), metadata=self._metadata, raw=True, display_id=self._output)
+        display(self._content(), metadata=self._metadata, raw=True, display_id=self.output)
         self._is_displayed = True
 
     def _put(self) -> None:
         from IPython.display import update_display
 
-        self._keep(self.png)
         if self._is_displayed:
-            update_display(self._content(), metadata=self._metadata, raw=True, display_id=self._output)
+            update_display(self._content(), metadata=self._metadata, raw=True, display_id=self.output)
+        self._keep(self.png)
 
     def _content(self) -> dict[str, str]:
         return {"image/png": base64.b64encode(self.png).decode("ascii"), "text/plain": "last picture"}

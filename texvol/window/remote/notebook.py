@@ -182,12 +182,13 @@ def _widget_class() -> Any:
 
         _esm = (_PAGE / "view.js").read_text("utf-8") + (_PAGE / "widget.js").read_text("utf-8")
         width, height = traitlets.Int().tag(sync=True), traitlets.Int().tag(sync=True)
-        title = traitlets.Unicode().tag(sync=True)
+        title, output = traitlets.Unicode().tag(sync=True), traitlets.Unicode().tag(sync=True)
         picture = traitlets.Bytes().tag(sync=True)  # PNG at rest: saved with the state, it needs no kernel
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1], title=window.title)
             self.last = LastPicture(window.size[0], lambda picture: self.set_trait("picture", picture))
+            self.output = self.last.output
             self.cells = Cells(window, self.send, self.last)
             self.on_msg(lambda _, message, __: self.cells.hear(message))
 

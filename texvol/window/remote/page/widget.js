@@ -41,7 +41,24 @@ function render({model, el}) {
   return () => {
     model.off("msg:custom", take);
     view.end();
-    model.send({view: false});
+    try { model.send({view: false}); } catch { /* the kernel has ended, and the window with it */ }
   };
 }
-export default {render};
+
+// JupyterLab updates no display of a page that was loaded again: there its own model of the notebook is told.
+function initialize({model}) {
+  model.on("change:picture", () => {
+    const picture = model.get("picture");
+    let text = "";
+    for (let i = 0; i < picture.byteLength; i++) text += String.fromCharCode(picture.getUint8(i));
+    const content = btoa(text);
+    for (const {outputs} of model.widget_manager?.context?.model?.cells ?? []) {
+      for (let i = 0; i < (outputs?.length ?? 0); i++) {
+        const {data, metadata} = outputs.get(i);
+        if (metadata.texvol === model.get("output") && data["image/png"] !== content)
+          outputs.set(i, {...outputs.get(i).toJSON(), data: {...data, "image/png": content}});
+      }
+    }
+  });
+}
+export default {initialize, render};
