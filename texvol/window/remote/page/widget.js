@@ -4,8 +4,10 @@
 const OWN = /^(a|c|v|x|y|z|backspace|delete|home|end|arrow.*)$/i;
 const owns = e => !(e.ctrlKey || e.metaKey) || (OWN.test(e.key) && (!e.shiftKey || !/^[acvxy]$/i.test(e.key)));
 // Below the widget the cell shows the last picture once more, for pages without one: see last_picture.py.
-const STYLE = `.texvol-window:focus-within { outline: 2px solid #4a90d9; }
+// The places of outputs are those of JupyterLab and Notebook, of nbconvert's classic pages, and of VS Code.
+const STYLE = `.texvol-window:focus-within::after { content: ""; position: absolute; inset: 0; border: 2px solid #4a90d9; pointer-events: none; }
 .jp-OutputArea-child:has(.texvol-shown) + .jp-OutputArea-child:has(> .jp-RenderedImage),
+.output_area:has(.texvol-shown) + .output_area:has(> .output_png),
 .output_container:has(.texvol-shown) + .output_container:has(img) { display: none; }`;
 
 function render({model, el}) {
