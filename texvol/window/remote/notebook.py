@@ -167,6 +167,11 @@ class Cells:
             self._last.take(picture)
 
 
+def page_script() -> str:
+    """Return the module of a widget's page, which imports nothing and asks no server for anything."""
+    return "".join((_PAGE / name).read_text("utf-8") for name in ("view.js", "widget.js"))
+
+
 @cache
 def _widget_class() -> Any:
     """Return the class of widgets, which is made once anywidget is wanted."""
@@ -180,7 +185,7 @@ def _widget_class() -> Any:
     class Widget(anywidget.AnyWidget):
         """Window in a cell; `close()` ends it."""
 
-        _esm = (_PAGE / "view.js").read_text("utf-8") + (_PAGE / "widget.js").read_text("utf-8")
+        _esm = page_script()
         width, height = traitlets.Int().tag(sync=True), traitlets.Int().tag(sync=True)
         title, output = traitlets.Unicode().tag(sync=True), traitlets.Unicode().tag(sync=True)
         picture = traitlets.Bytes().tag(sync=True)  # PNG at rest: saved with the state, it needs no kernel
