@@ -5,9 +5,12 @@ from __future__ import annotations
 import base64
 import io
 import json
+import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import IPython.display
 import numpy as np
 import pytest
 from PIL import Image
@@ -15,39 +18,120 @@ from support.windows import ball, children_of, until
 
 import texvol
 from texvol.util.errors import InputError
+from texvol.window.remote import notebook
 
 
-def test_a_cell_shows_the_window_and_closing_the_widget_ends_its_processes(tmp_path: Path) -> None:
-    frames: list[dict[str, Any]] = []
+class Cell:
+    """A cell that shows a widget: the outputs that IPython is given, and a page that draws each frame."""
+
+    def __init__(self, widget: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+        self.widget, self.cells, self.window = widget, widget.cells, widget.cells.window
+        self.outputs: list[dict[str, Any]] = []
+        self.updates: list[dict[str, Any]] = []
+        monkeypatch.setattr(IPython.display, "display", lambda data, **how: self.outputs.append({"data": data, **how}))
+        told = lambda data, **how: self.updates.append({"data": data, **how})  # noqa: E731
+        monkeypatch.setattr(IPython.display, "update_display", told)
+        self.cells._send = self._take
+
+    def _take(self, _: dict[str, Any], buffers: list[bytes]) -> None:
+        self.cells.hear({"drawn": json.loads(buffers[0].partition(b"\n")[0])["frame"]})
+
+    def press(self, *events: dict[str, Any]) -> None:
+        for event in events:
+            self.cells.hear({"events": [event]})
+
+    def saved(self) -> np.ndarray:
+        """Colours of the picture that the notebook holds now."""
+        return pixels(self.updates[-1] if self.updates else self.outputs[1])
+
+
+def pixels(output: dict[str, Any]) -> np.ndarray:
+    content = base64.b64decode(output["data"]["image/png"])
+    return np.asarray(Image.open(io.BytesIO(content))).astype(int)[..., :3]
+
+
+@pytest.fixture
+def cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Cell]:
     widget = texvol.show(tmp_path / ball(tmp_path, 24), (120, 80), light="none")
-    cells, window = widget.cells, widget.cells.window
+    yield Cell(widget, monkeypatch)
+    widget.close()
 
-    def take(head: dict[str, Any], buffers: list[bytes]) -> None:
-        frames.append(json.loads(buffers[0].partition(b"\n")[0]))
-        cells.hear({"drawn": frames[-1]["frame"]})
 
-    def seen() -> np.ndarray:
-        bundle = widget._repr_mimebundle_()[0]
-        return np.asarray(Image.open(io.BytesIO(base64.b64decode(bundle["image/png"])))).astype(int)[..., :3]
+LEFT = {"kind": "button", "name": "left"}
 
-    cells._send = take
-    before = seen()  # saved where no cell was shown
+
+def move(x: int, y: int) -> dict[str, Any]:
+    return {"kind": "move", "x": x, "y": y}
+
+
+def test_a_cell_shows_the_window_and_holds_its_last_picture_for_pages_without_widgets(cell: Cell) -> None:
+    cell.widget._ipython_display_()
+    widget_output, picture_output = cell.outputs
+    # In a live notebook the first is shown, and its page hides the second.
+    assert widget_output["data"].keys() == {"application/vnd.jupyter.widget-view+json", "text/plain"}
+    assert picture_output["data"].keys() == {"image/png", "text/plain"}
+    assert picture_output["metadata"] == {"image/png": {"width": 120}}
+    before = cell.saved()
     assert before.shape == (80, 120, 3)
-    cells.hear({"view": True})
-    cells.hear({"size": [120, 80, 1]})
-    until(lambda: np.abs(seen() - before).max() < 8)  # 8 bits of two error limits, 1/64 and 1/255
-    start, end = {"kind": "move", "x": 60, "y": 40}, {"kind": "move", "x": 85, "y": 50}
-    button = {"kind": "button", "name": "left"}
-    for events in ([start, {**button, "down": True}], [end], [button]):
-        cells.hear({"events": events})
-    until(lambda: np.abs(seen() - before).max() > 20)
-    until(lambda: widget.get_state("picture")["picture"] == window.picture)  # what is saved with the notebook
-    process = window._process.pid
+    cell.cells.hear({"view": True})
+    cell.cells.hear({"size": [120, 80, 1]})
+    until(lambda: cell.updates and np.abs(cell.saved() - before).max() < 8)  # 8 bits of two error limits, 1/64, 1/255
+    assert all(pixels(each)[40, 60].max() > 100 for each in cell.updates)  # none of a window that has no picture yet
+    cell.press(move(60, 40), {**LEFT, "down": True}, move(85, 50), LEFT)
+    until(lambda: np.abs(cell.saved() - before).max() > 20)
+    assert {each["display_id"] for each in (picture_output, *cell.updates)} == {picture_output["display_id"]}
+    kept = cell.widget.get_state("picture")["picture"]  # saved with the state of the widgets
+    assert base64.b64encode(kept).decode() == cell.updates[-1]["data"]["image/png"]
+    process = cell.window._process.pid
     painters = children_of(process)
     assert painters
-    widget.close()
+    cell.widget.close()
     until(lambda: not [each for each in (process, *painters) if Path(f"/proc/{each}").exists()])
-    cells.hear({"events": [start]})  # dropped
+    cell.press(move(0, 0))  # dropped
+
+
+class Fake:
+    """A window that notes what it is told."""
+
+    def __init__(self) -> None:
+        self.told: list[Any] = []
+
+    def start(self, take: Any) -> None:
+        self.told.append("start")
+
+    def send(self, message: Any) -> None:
+        self.told.append(message)
+
+    def close(self) -> None:
+        self.told.append("close")
+
+
+def test_a_window_ends_after_the_last_cell_that_shows_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(notebook, "_LINGER", 0.05)
+    window, asked = Fake(), list[Any]()
+    told = window.told
+    cells = notebook.Cells(window, asked.append, last=None)
+    came = ["start", {"begin": True}]  # a page that is loaded again has no frame
+    cells.hear({"view": True})
+    assert told == came
+    cells.hear({"view": True})  # that page, again, or another cell: nobody knows
+    cells.hear({"view": False})
+    assert (told, asked) == ([*came, *came, {"events": [{"kind": "focus"}]}], [{"ask": True}])
+    cells.hear({"view": True})  # the answer of the other cell
+    time.sleep(0.2)
+    assert "close" not in told
+    cells.hear({"view": False})
+    until(lambda: told[-1] == "close")
+
+
+def test_windows_are_counted_and_named(tmp_path: Path) -> None:
+    path = tmp_path / ball(tmp_path, 16)
+    texts = [repr(texvol.show(each, 64)) for each in (path, np.load(path))]
+    number = int(texts[0].partition(":")[0].rpartition(" ")[2])
+    assert texts == [
+        f"<texvol window {number}: ball.npy, 64 x 64>",
+        f"<texvol window {number + 1}: window{number + 1}, 64 x 64>",
+    ]
 
 
 def test_without_interaction_it_is_the_picture_of_render(tmp_path: Path) -> None:

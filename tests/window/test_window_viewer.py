@@ -118,6 +118,35 @@ def test_more_events_than_a_hand_makes_are_refused() -> None:
     assert len(exchange.wait(0)) == MOST_EVENTS
 
 
+def test_a_viewer_that_begins_anew_gets_the_frame_that_it_was_sent_before() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    exchange.show(**frame(10))
+    viewer.next()  # to a page that has gone: it is never drawn
+    viewer.receive('{"begin": true}')
+    contents: list[bytes | None] = []
+    waiting = threading.Thread(target=lambda: contents.append(viewer.next()), daemon=True)
+    waiting.start()
+    waiting.join(5)
+    again = head(contents[0] if contents else None)
+    assert (again["frame"], again["type"]) == (2, "image/jpeg")
+    viewer.receive('{"drawn": 2}')
+    assert head(viewer.next())["type"] == "image/png"
+
+
+def test_buttons_and_keys_are_released_when_the_focus_leaves() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    down = [{"kind": "button", "name": "left", "down": True}, {"kind": "key", "name": "w", "down": True}]
+    viewer.receive(json.dumps({"events": down}))
+    viewer.receive(json.dumps({"events": [{"kind": "focus", "down": True}]}))
+    viewer.receive(json.dumps({"events": [{"kind": "focus"}]}))
+    viewer.receive(json.dumps({"events": [{"kind": "focus"}]}))
+    had, *rest = exchange.wait(0)[2:]
+    assert had == Event("focus", down=True)
+    assert rest == [Event("button", name="left"), Event("key", name="w"), Event("focus"), Event("focus")]
+
+
 def test_a_viewer_that_leaves_lets_go_of_what_it_holds_and_makes_room_for_another() -> None:
     exchange = Exchange()
     viewer, other = Viewer(exchange), Viewer(exchange)

@@ -58,6 +58,8 @@ class Plan:
         Called once: with the first document when it is open, or with None if there is none.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
+    shows_empty : bool
+        False: frames before the first picture are not shown.
     """
 
     size: tuple[int, int]
@@ -75,6 +77,7 @@ class Plan:
     home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
     begun: Callable[[Document | None], None] = lambda _: None
     check: Callable[[], None] = lambda: None
+    shows_empty: bool = True
 
     @property
     def ends(self) -> bool:
@@ -202,7 +205,8 @@ class Application:
         self._note(start, new)
         self._screenshots()
         screen.check()
-        screen.swap()
+        if self._plan.shows_empty or self._begun:
+            screen.swap()
 
     def _patience(self) -> float:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""

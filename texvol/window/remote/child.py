@@ -46,6 +46,7 @@ def _run(connection: Connection, told: dict[str, Any]) -> None:
     plan = Plan(
         told["size"], open=lambda size: Document(scene.completed(size), origin, size=size), name=told["name"],
         panels=told["panels"], home=partial(OffScreen, exchange, told["backend"]), check=partial(_check, gone),
+        shows_empty=False,  # the cell shows the last picture until frames come
     )  # fmt: skip
     with exchange.viewed(viewer):
         threads = [threading.Thread(target=each, args=(connection, viewer, exchange, gone)) for each in (_hear, _tell)]

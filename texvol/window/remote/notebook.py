@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import contextlib
+import itertools
 import json
 import os
 import subprocess
@@ -20,6 +20,7 @@ from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.package import environment_of_child
+from texvol.window.remote.last_picture import LastPicture
 from texvol.window.stand_in import with_stand_ins
 
 _PATIENCE = 2.0  # seconds to wait for the end of a process that was told to end
@@ -67,19 +68,26 @@ def show(
     if not interactive:
         with Renderer(backend) as renderer:
             return renderer.render(scene, pixels, **accuracy)
-    name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else str(scene.volume.name or "volume")
+    name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
     return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
 
 
 class Window:
-    """Process of one window; it is started by `start`, and ends with `close`, or when nobody holds this object."""
+    """Process of one window; it is started by `start`, and ends with `close`, or when nobody holds this object.
+
+    `name` is a path or that of a volume; windows of volumes without a name have their number in the kernel in it.
+    """
+
+    _numbers = itertools.count(1)
 
     def __init__(self, scene: Scene, size: tuple[int, int], name: str, *, panels: bool, backend: str) -> None:
         self.scene, self.size, self.backend = scene, size, backend
+        self.number = next(self._numbers)
+        name = f"window{self.number}" if name in ("", "volume") else name  # files of two windows have two names
+        self.title = f"texvol window {self.number}: {os.path.basename(name)}"
         self._told: dict[str, Any] = {"scene": scene, "size": size, "name": name, "panels": panels, "backend": backend}
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
-        self.picture = b""  # PNG of the last frame that was at rest
 
     def start(self, take: Any) -> None:
         """Start the process; `take` is called with each packed frame, on another thread."""
@@ -116,21 +124,19 @@ class Window:
     def _listen(self, connection: Connection, take: Any) -> None:
         with contextlib.suppress(EOFError, OSError), connection:
             while content := connection.recv_bytes():
-                head, _, picture = content.partition(b"\n")
-                if b'"image/png"' in head and not content.startswith(b"!"):
-                    self.picture = picture
                 take(content)
 
 
 class Cells:
     """Cells that show one window, which starts with the first and ends after the last.
 
-    `send` is the widget's; `keep` is called with the PNG of each frame at rest.
+    `send` is the widget's. A page that is closed or loaded again takes its views away without a word, so views are not
+    counted: when one leaves the others are asked, and answer as if they had just come.
     """
 
-    def __init__(self, window: Window, send: Any, keep: Any) -> None:
-        self.window, self._send, self._keep = window, send, keep
-        self._views = 0
+    def __init__(self, window: Window, send: Any, last: LastPicture) -> None:
+        self.window, self._send, self._last = window, send, last
+        self._end = threading.Timer(0, self.window.close)
 
     def hear(self, message: Any) -> None:
         """Take a message of a cell."""
@@ -139,35 +145,31 @@ class Cells:
         if "view" not in message:
             self.window.send(message)
         elif message["view"]:
-            self._views += 1
+            self._end.cancel()
             self.window.start(self._tell)
+            self.window.send({"begin": True})
         else:
-            self._views = max(self._views - 1, 0)
-            if not self._views:
-                timer = threading.Timer(_LINGER, self._end_unseen)
-                timer.daemon = True
-                timer.start()
+            self.window.send({"events": [{"kind": "focus"}]})  # it was lost: nothing is held any more
+            self._end.cancel()
+            self._end = threading.Timer(_LINGER, self.window.close)
+            self._end.daemon = True
+            self._end.start()
+            self._send({"ask": True})
 
     def _tell(self, content: bytes) -> None:
         """Send a packed frame, or the error that ended the window."""
         if content.startswith(b"!"):
             self._send({"error": content[1:].decode("utf-8", "replace")})
-        else:
-            self._send({}, [content])
-            self._keep(self.window.picture)
+            return
+        self._send({}, [content])
+        head, _, picture = content.partition(b"\n")
+        if b'"image/png"' in head:
+            self._last.take(picture)
 
-    def _end_unseen(self) -> None:
-        if not self._views:
-            self.window.close()
 
-    def bundle(self, shown: Any) -> Any:
-        """Return a widget's MIME bundle with the last picture in it, for places that show no widget."""
-        if not self.window.picture:
-            self.window.picture = first_picture(self.window)._repr_png_()
-        data = shown[0] if isinstance(shown, tuple) else shown
-        if data is not None:
-            data["image/png"] = base64.b64encode(self.window.picture).decode("ascii")
-        return shown
+def page_script() -> str:
+    """Return the module of a widget's page, which imports nothing and asks no server for anything."""
+    return "".join((_PAGE / name).read_text("utf-8") for name in ("view.js", "widget.js"))
 
 
 @cache
@@ -183,17 +185,27 @@ def _widget_class() -> Any:
     class Widget(anywidget.AnyWidget):
         """Window in a cell; `close()` ends it."""
 
-        _esm = (_PAGE / "view.js").read_text("utf-8") + (_PAGE / "widget.js").read_text("utf-8")
+        _esm = page_script()
         width, height = traitlets.Int().tag(sync=True), traitlets.Int().tag(sync=True)
+        title, output = traitlets.Unicode().tag(sync=True), traitlets.Unicode().tag(sync=True)
         picture = traitlets.Bytes().tag(sync=True)  # PNG at rest: saved with the state, it needs no kernel
 
         def __init__(self, window: Window) -> None:
-            super().__init__(width=window.size[0], height=window.size[1])
-            self.cells = Cells(window, self.send, lambda picture: self.set_trait("picture", picture))
+            super().__init__(width=window.size[0], height=window.size[1], title=window.title)
+            self.last = LastPicture(window.size[0], lambda picture: self.set_trait("picture", picture))
+            self.output = self.last.output
+            self.cells = Cells(window, self.send, self.last)
             self.on_msg(lambda _, message, __: self.cells.hear(message))
 
-        def _repr_mimebundle_(self, **told: Any) -> Any:
-            return self.cells.bundle(super()._repr_mimebundle_(**told))
+        def __repr__(self) -> str:
+            return f"<{self.title}, {self.width} x {self.height}>"
+
+        def _ipython_display_(self) -> None:
+            from IPython.display import display
+
+            bundle = self._repr_mimebundle_()
+            display(bundle[0] if isinstance(bundle, tuple) else bundle, raw=True)
+            self.last.display(lambda: first_picture(self.cells.window)._repr_png_())
 
         def close(self) -> None:
             """End the window, and close the widget."""

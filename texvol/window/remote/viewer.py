@@ -5,6 +5,7 @@ newest one. So a slow link shows fewer frames, and no old ones.
 
 A packed frame is a line of JSON, and the picture. A message of the viewer is a JSON object with some of these keys:
 
+    begin    true: it is new, and has no frame yet
     drawn    number of the frame that it has drawn
     size     [width, height, scale] of its page, in pixels
     events   list of events, as texvol.window.events writes them
@@ -33,7 +34,7 @@ _QUALITY = 85  # of a JPEG
 _KINDS = {"move", "button", "scroll", "key", "text", "focus"}  # others, such as files dropped, are none of a viewer's
 _MOST_SIDE = 1e12  # of a size that is asked for; Exchange sets the limit of what is given
 _MOST_AT_ONCE, _MOST_LETTERS, _MOST_PASTED = 256, 64, 1 << 16
-_KEYS = {"drawn", "size", "events", "paste"}
+_KEYS = {"begin", "drawn", "size", "events", "paste"}
 
 
 class Viewer:
@@ -57,6 +58,8 @@ class Viewer:
             If it is not valid.
         """
         message = _parsed(text)
+        if "begin" in message:
+            self._forget()
         if "drawn" in message:
             self._acknowledge(message["drawn"])
         if "size" in message:
@@ -66,22 +69,35 @@ class Viewer:
                 raise InputError("paste must be a text of Unicode")
             self._exchange.pasted = message["paste"][:_MOST_PASTED]
         if "events" in message:
-            events = _events(message["events"])
-            for event in events:
+            events: list[Event] = []
+            for event in _events(message["events"]):
+                if event.kind == "focus" and not event.down:
+                    events += self._released()
                 if event.kind in ("button", "key"):
                     self._held.pop((event.kind, event.name), None)
                     if event.down:
                         self._held[event.kind, event.name] = event
+                events.append(event)
             if not self._exchange.put(events):
                 raise InputError("too many events wait")
 
     def leave(self) -> None:
         """End `next`, and let go of the buttons and keys that are down."""
-        released = [Event(each.kind, name=each.name) for each in self._held.values()]
-        self._held.clear()
-        self._exchange.put([*released, Event("focus", down=False)])
+        self._exchange.put([*self._released(), Event("focus", down=False)])
         with self._exchange.changed:
             self._gone = True
+            self._exchange.changed.notify_all()
+
+    def _released(self) -> list[Event]:
+        """Return events that let go of the buttons and keys that are down."""
+        released = [Event(each.kind, name=each.name) for each in self._held.values()]
+        self._held.clear()
+        return released
+
+    def _forget(self) -> None:
+        """Send the newest frame again, as if none had been sent."""
+        with self._exchange.changed:
+            self._version, self._is_sharp, self._sent, self._drawn = -1, False, Frame(), self._number
             self._exchange.changed.notify_all()
 
     def next(self) -> bytes | None:
@@ -98,9 +114,8 @@ class Viewer:
             kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
             self._flow.send(number)
             self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
-        content = _packed(number, frame, self._sent, kind)
-        self._sent = frame
-        return content
+            before, self._sent = self._sent, frame
+        return _packed(number, frame, before, kind)
 
     def _due(self) -> float:
         """Return the seconds until a frame is to be sent; infinite if that depends on others."""

@@ -1,6 +1,8 @@
 // A window in an element of a page: frames are drawn on a canvas, and pointer, wheel, keys and touch become events.
 // `send` takes an object that is a message of the viewer; the value's `take` is called with each packed frame.
-function texvolView(element, send) {
+// `owns`, on a page that has other things than the window, is true of the keys that are the window's: the rest is the
+// page's, as is the wheel while the window has no focus.
+function texvolView(element, send, owns) {
   const CURSORS = {text_input: "text", resize_ew: "ew-resize", hand: "pointer"};
   const KEYS = {
     ArrowLeft: "left", ArrowRight: "right", ArrowUp: "up", ArrowDown: "down", PageUp: "page_up", PageDown: "page_down",
@@ -141,8 +143,9 @@ function texvolView(element, send) {
       if (BUTTONS[e.button]) button(BUTTONS[e.button], false, e);
     },
     pointercancel: lifted,
-    contextmenu(e) { e.preventDefault(); },
+    contextmenu(e) { e.preventDefault(); e.stopPropagation(); },
     wheel(e) {
+      if (owns && !text.matches(":focus")) return;
       e.preventDefault();
       const unit = [100, 3, 1][e.deltaMode];
       move(e.clientX, e.clientY);
@@ -162,7 +165,9 @@ function texvolView(element, send) {
     return KEYS[e.code] || KEYS[e.key] || (/^[0-9]$/.test(letter) ? letter : "");
   }
   function pressed(e, down) {
-    if (e.isComposing || ["F5", "F11", "F12"].includes(e.key)) return;
+    // Function keys are the browser's, but for the window's help. A key that was pressed is released in any case.
+    if (e.isComposing || /^F([2-9]|1[0-9])$/.test(e.key) || (down && owns && !owns(e))) return;
+    e.stopPropagation();
     const isPasted = (e.ctrlKey || e.metaKey) && !e.altKey && e.key.toLowerCase() === "v";
     const name = named(e);
     if (isPasted) return;  // `paste` follows
@@ -209,7 +214,7 @@ function texvolView(element, send) {
   }
   return {
     canvas,
-    begin() { asked = ""; fit(); text.focus({preventScroll: true}); },
+    begin() { asked = ""; fit(); if (!owns) text.focus({preventScroll: true}); },
     press(name) { for (const down of [true, false]) put({kind: "key", name, down}); },
     take(data) { return drawing = drawing.catch(() => {}).then(() => draw(data)); },
     end() { observer.disconnect(); window.removeEventListener("resize", fit); canvas.remove(); text.remove(); }

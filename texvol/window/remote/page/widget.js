@@ -1,10 +1,23 @@
 
 // The window in a cell of a notebook, by anywidget.
+// With ctrl or cmd the window has these keys; save, find, reload, tabs and all others are the notebook's.
+const OWN = /^(a|c|v|x|y|z|backspace|delete|home|end|arrow.*)$/i;
+const owns = e => !(e.ctrlKey || e.metaKey) || (OWN.test(e.key) && (!e.shiftKey || !/^[acvxy]$/i.test(e.key)));
+// Below the widget the cell shows the last picture once more, for pages without one: see last_picture.py.
+// The places of outputs are those of JupyterLab and Notebook, of nbconvert's classic pages, and of VS Code.
+const STYLE = `.texvol-window:focus-within::after { content: ""; position: absolute; inset: 0; border: 2px solid #4a90d9; pointer-events: none; }
+.jp-OutputArea-child:has(.texvol-shown) + .jp-OutputArea-child:has(> .jp-RenderedImage),
+.output_area:has(.texvol-shown) + .output_area:has(> .output_png),
+.output_container:has(.texvol-shown) + .output_container:has(img) { display: none; }`;
+
 function render({model, el}) {
-  const box = document.createElement("div");
+  const box = document.createElement("div"), style = document.createElement("style");
+  box.className = "texvol-window";
   box.style.cssText = `position:relative;max-width:100%;width:${model.get("width")}px;height:${model.get("height")}px;background:#1b1c1f`;
-  el.append(box);
-  const view = texvolView(box, content => model.send(content));
+  style.textContent = STYLE;
+  el.append(style, box);
+  const view = texvolView(box, content => model.send(content), owns);
+  view.canvas.setAttribute("aria-label", model.get("title"));
   // The last picture, until frames come: in a saved notebook that is opened without a kernel, for good.
   const still = document.createElement("img"), kept = model.get("picture");
   still.style.cssText = "position:absolute;inset:0;width:100%;height:100%;object-fit:contain;pointer-events:none";
@@ -12,18 +25,42 @@ function render({model, el}) {
     still.src = URL.createObjectURL(new Blob([kept], {type: "image/png"}));
     still.onload = () => URL.revokeObjectURL(still.src);
     box.append(still);
+    box.classList.add("texvol-shown");
   }
+  const come = () => model.send({view: true});
   function take(message, buffers) {
     if (message.error) box.textContent = "texvol: error: " + message.error;
-    else if (buffers && buffers.length) view.take(buffers[0]).then(head => { if (head.type) still.remove(); });
+    else if (message.ask) come();
+    else if (buffers && buffers.length) view.take(buffers[0]).then(head => {
+      if (!head.type) return;
+      still.remove();
+      box.classList.add("texvol-shown");
+    });
   }
   model.on("msg:custom", take);
-  model.send({view: true});
+  come();
   view.begin();
   return () => {
     model.off("msg:custom", take);
     view.end();
-    model.send({view: false});
+    try { model.send({view: false}); } catch { /* the kernel has ended, and the window with it */ }
   };
 }
-export default {render};
+
+// JupyterLab updates no display of a page that was loaded again: there its own model of the notebook is told.
+function initialize({model}) {
+  model.on("change:picture", () => {
+    const picture = model.get("picture");
+    let text = "";
+    for (let i = 0; i < picture.byteLength; i++) text += String.fromCharCode(picture.getUint8(i));
+    const content = btoa(text);
+    for (const {outputs} of model.widget_manager?.context?.model?.cells ?? []) {
+      for (let i = 0; i < (outputs?.length ?? 0); i++) {
+        const {data, metadata} = outputs.get(i);
+        if (metadata.texvol === model.get("output") && data["image/png"] !== content)
+          outputs.set(i, {...outputs.get(i).toJSON(), data: {...data, "image/png": content}});
+      }
+    }
+  });
+}
+export default {initialize, render};
