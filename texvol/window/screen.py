@@ -144,8 +144,8 @@ class Screen:
             self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Request another size in window coordinates."""
-        self._glfw.set_window_size(self._window, *size)
+        """Request another size in window coordinates; it is reduced to the monitor's work area."""
+        self._glfw.set_window_size(self._window, *_fitting(self._glfw, size))
 
     def iconify(self, down: bool) -> None:
         """Minimise the window if `down` is True, else restore it."""

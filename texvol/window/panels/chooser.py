@@ -76,7 +76,8 @@ def choice(
 ) -> str | None:  # fmt: skip
     """Show a list if it is open; return the key of the entry that is chosen in this frame.
 
-    A click, or Enter after a search, chooses and closes the list; arrows choose and leave it open, so that entries can be compared.
+    A click, or Enter after a search, chooses and closes the list; arrows choose and leave it open, so that entries can
+    be compared.
     """
     if not imgui.is_popup_open(label):
         return None
