@@ -70,6 +70,7 @@ class Application:
         self._desk.is_played = is_played
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
+        self._foot = 0  # height of the time bar
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
         self._frames = 0  # frames counted against `plan.frames`
@@ -119,8 +120,9 @@ class Application:
     def _size_to_keep(self) -> tuple[int, int] | None:
         """Return the size of the picture if the user has changed that of the window."""
         desk, area = self._desk, self._desk.layout.area
-        same = self._screen.size == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
-        return None if same else (round(area.width), self._screen.size[1])
+        width, height = self._screen.size
+        same = (width, height - self._foot) == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
+        return None if same else (round(area.width), round(area.height))
 
     def frame(self) -> None:
         """Process the events and draw one frame."""
@@ -252,7 +254,10 @@ class Application:
         wanted = desk.preferences.width * max(self._interface.scale, 1.0)
         beside = min(wanted, MOST_PANEL * width) if desk.preferences.panels else 0
         area, scale = Viewport(0, 0, width - round(beside), height), max(self._interface.scale, 1.0)
-        foot = panels.timebar.room(desk)
+        foot = round(panels.timebar.room(desk))
+        if foot != self._foot and not screen.is_remote:  # the picture keeps its height if the monitor has room for it
+            screen.resize((width, height + foot - self._foot))
+        self._foot = foot
         desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:
             pixels, before = screen.pixels, desk.pixels
