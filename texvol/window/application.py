@@ -275,6 +275,7 @@ class Application:
                 commands.run(desk, command)  # those of a document do nothing
             return
         mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
+        events = panels.parts.heard(events)
         free = {"mouse": mouse, "keyboard": not typing and not modal}
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:
