@@ -98,7 +98,7 @@ def test_a_picture_says_the_values_with_their_units() -> None:
 
 def test_a_value_without_a_unit_has_none_and_a_lost_angle_says_so() -> None:
     assert value_text(Measure("ruler", ((0, 0, 0), (0, 0, 1234.5678))), "") == "1235"
-    assert value_text(Measure("box", ((0, 0, 0), (30, 30, 37.5))), "mm") == "33750 mm³"
+    assert value_text(Measure("box", ((0, 0, 0), (30, 30, 37.5))), "mm") == "33,750 mm³"
     assert value_text(Measure("angle", ((0, 0, 0), (0, 0, 0), (1, 0, 0))), "mm") == "?°"
 
 

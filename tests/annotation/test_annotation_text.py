@@ -180,6 +180,21 @@ def test_a_number_alone_has_its_own_digits(number: float, text: str) -> None:
     assert rounding.plain(number) == text
 
 
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (9999.4, "9999"),
+        (74558.0, "74,558"),
+        (135275.3, "135,275"),
+        (-46208569.5, "−46,208,570"),
+        (2e9, "2×10⁹"),
+        (np.nan, "?"),
+    ],
+)
+def test_measured_values_are_written_in_one_way_from_thousands_to_millions(number: float, text: str) -> None:
+    assert rounding.grouped(number, 4) == text
+
+
 def test_lengths_have_their_unit() -> None:
     assert rounding.length(Decimal("5E+1"), "mm") == "50 mm"
     assert rounding.length(Decimal("2E-9"), "") == "2×10⁻⁹ world units"

@@ -126,6 +126,22 @@ def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
     assert looking.over and taken == [str(folder / "A.npy")]
 
 
+def test_the_button_opens_the_typed_path_or_else_the_selected_entry(folder: Path) -> None:
+    looking, taken = browser(folder)
+    assert looking.entries and looking.name == "all"
+    looking.typing("Series/..")
+    looking.press()
+    assert listed(looking).folder == folder and not looking.text, "a typed folder is listed"
+    looking.typing("Series")
+    looking.select(Entry("b.nrrd", False))
+    looking.press()
+    assert taken == [str(folder / "b.nrrd")], "a click after typing counts"
+    looking, taken = browser(folder)
+    looking.typing(f"{folder}/A.n")
+    looking.press()
+    assert not taken and looking.listing.fault == "" and looking.folder != folder, "part of a name opens the selection"
+
+
 def test_keys_move_open_and_leave(folder: Path) -> None:
     looking, taken = browser(folder)
     assert looking.entries and looking.name == "all"

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
+from support.panel_frames import headless
 
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
@@ -16,6 +18,7 @@ from texvol.util.errors import InputError
 from texvol.window.commands import is_command
 from texvol.window.events import KEYS, Event, Queue
 from texvol.window.navigation import View
+from texvol.window.panels import parts
 from texvol.window.script import Action, Player, Recorder, Step, read
 from texvol.window.steering import BINDINGS, Steering, Viewport
 
@@ -234,3 +237,17 @@ def test_a_recording_on_a_full_disk_or_a_device_is_refused(tmp_path: Path) -> No
             recorder.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+
+
+def test_keys_that_are_meant_for_an_open_list_do_not_turn_the_picture() -> None:
+    down, released = Event("key", name="down", down=True), Event("key", name="down")
+    undo, move = Event("key", name="z", down=True, modifiers=("ctrl",)), Event("move", 3, 4)
+    events = [down, released, undo, move]
+    with headless():
+        imgui.new_frame()
+        assert parts.heard(events) == events
+        imgui.open_popup("list")
+        assert imgui.begin_popup("list")
+        imgui.end_popup()
+        assert parts.heard(events) == [released, undo, move]
+        imgui.end_frame()

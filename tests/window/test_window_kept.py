@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import signal
 import subprocess
@@ -14,10 +15,12 @@ from typing import Any
 import pytest
 from support.windows import PATIENCE, display, environment, started, until  # noqa: F401 (display is a fixture)
 
+from texvol.cli import view
 from texvol.window import kept
 from texvol.window.desk import PANEL_WIDTH
 from texvol.window.layout import Layout
 from texvol.window.moving import Moving
+from texvol.window.plan import Plan
 
 
 @pytest.fixture(autouse=True)
@@ -122,3 +125,21 @@ def test_damaged_switches_are_as_none(damaged: str) -> None:
     usual = kept.views_of(desk)
     kept.restore_views(desk)
     assert kept.views_of(desk) == usual | {"outlines-in-3d": False}
+
+
+@pytest.mark.parametrize("words, usual", [([], True), (["--size", "300x200"], False)])
+def test_a_size_that_nobody_chose_is_larger_on_a_scaled_monitor(words: list[str], usual: bool) -> None:
+    parser = argparse.ArgumentParser()
+    view.add_view(parser.add_subparsers())
+
+    def planned(*more: str) -> Plan:
+        plan: Plan = view._plan(parser.parse_args(["view", *words, *more]), lambda: None)
+        return plan
+
+    width, height = planned().size
+    assert planned().window_size(360) == (width + 360, height) == planned().window_size(360, 1.0)
+    factor = 2 if usual else 1
+    assert planned().window_size(360, 2.0) == (factor * width + 720, factor * height)
+    assert planned("--no-panels").window_size(360, 2.0) == (factor * width, factor * height)
+    kept.keep(PANEL_WIDTH, (700, 500))
+    assert planned().window_size(360, 2.0) == ((1420, 500) if usual else (1020, 200)), "what was kept has its pixels"

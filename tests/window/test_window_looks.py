@@ -55,6 +55,16 @@ def test_a_search_is_for_words_of_name_group_and_description() -> None:
     assert not found("nothing like it")
 
 
+@pytest.mark.parametrize(
+    "words, key",
+    [("soft", "ct-soft-tissue"), ("bone", "ct-bone"), ("red", "mr"), ("mr", "mr"), ("ct mus", "ct-soft-tissue")],
+)
+def test_enter_takes_the_look_that_is_named_so_before_one_that_is_described_so(words: str, key: str) -> None:
+    found = [each for each in look_list.measured([]) if each.matches(words)]
+    assert look_list.best_match(found, words) == key
+    assert look_list.best_match(found, "") is None and look_list.best_match([], words) is None
+
+
 def test_all_looks_are_made_with_strips(tmp_path: Path) -> None:
     (tmp_path / "own.json").write_text(json.dumps({"points": [{"value": 5, "color": [1, 0, 0], "extinction": 1}]}))
     (tmp_path / "bad.json").write_text("{")

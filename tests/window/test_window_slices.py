@@ -84,7 +84,8 @@ def test_the_layout_is_switched_and_a_view_is_made_large_and_small_again() -> No
     assert layout.arrange(AREA, 1.0, True) == picture
     layout.arrange(AREA, 1.0, True, 40.0)
     assert max(each.y + each.height for each in layout.rectangles.values()) == AREA.y + AREA.height - 40
-    assert layout.arrange(AREA, 1.0, False, 40.0) == AREA, "the time bar is in a picture that is alone"
+    alone = layout.arrange(AREA, 1.0, False, 40.0)
+    assert alone == replace(AREA, height=AREA.height - 40), "the time bar hides nothing of a picture that is alone"
     layout.become("sagittal")
     assert layout.shown and layout.large == "sagittal"
     layout.become("2x2")

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from support.desks import SIZE, desk_with, done, said
 from support.stores import write_ome
-from support.windows import display, eight_bits, script, texvol, viewed  # noqa: F401 (display is a fixture)
+from support.windows import display, eight_bits, script, texvol, timings, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.window import playing, time_film
 from texvol.window.jobs import Answer, Job
@@ -144,5 +144,7 @@ def test_time_is_played_and_stepped_by_keys(display: str, folder: Path) -> None:
     assert "time = 1" in (folder / "second.toml").read_text() and "time = 2" in (folder / "last.toml").read_text()
     first, second, again = (eight_bits(folder / f"{name}.png") for name in ("first", "second", "again"))
     assert (first == again).all() and (first[:100] != second[:100]).any()
-    bar = first[-50:]
-    assert bar.std() > 10, "the time bar is shown without panels"
+    bar = first[160:]
+    assert bar.shape[0] > 20 and bar.std() > 10, "the time bar is shown without panels, and below the picture"
+    drawn = {(frame["width"], frame["height"]) for frame in timings(folder / "t.csv") if frame["state"] == "rest"}
+    assert drawn == {("200", "160")}, "the picture has the size that was asked for"

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from imgui_bundle import imgui
 from support.desks import desk_with, done
 from support.panel_frames import Seen, dressed, headless, noticed, shown
 
@@ -48,6 +49,8 @@ def everything(desk: Desk) -> None:
 # Pictures in which one drags and clicks: a tooltip would cover them, and texts beside them explain their use. The
 # sphere has a tooltip for each light on it.
 PICTURES = {("invisible_button", name) for name in (*NAMES, "plot", "sphere")}
+# The tooltip of a tab that is in front would cover its first controls.
+IN_FRONT = {("begin_tab_item", name) for name in TABS}
 
 
 def bare(seen: Seen) -> str:
@@ -60,7 +63,8 @@ def check(desk: Desk, monkeypatch: pytest.MonkeyPatch, least: int) -> set[str]:
         for tab in TABS:
             shown(desk, tab)
     assert len(seen.controls) >= least
-    seen.bare -= PICTURES
+    seen.bare -= PICTURES | IN_FRONT
+    assert {tips.TIPS[tab] for tab in TABS} <= seen.texts
     assert not seen.bare, bare(seen)
     return seen.texts
 
@@ -97,8 +101,36 @@ def test_every_control_has_a_tooltip_while_a_file_is_written_and_another_is_chos
         desk.preferences.help = True
         shown(desk, "File")
     assert ("button", "stop") in seen.controls and len(seen.controls) > 20
-    seen.bare -= PICTURES | {("button", "yes"), ("button", "cancel")}  # answers say what they do
+    seen.bare -= PICTURES | IN_FRONT | {("button", "yes"), ("button", "cancel")}  # answers say what they do
     assert not seen.bare, bare(seen)
+
+
+def test_a_tab_in_front_has_no_tooltip_over_its_controls(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = dressed(desk_with("one.npy"))
+    with headless():
+        shown(desk, "Light")
+        with noticed(monkeypatch) as seen:
+            shown(desk, "", 2)
+    assert tips.TIPS["Light"] not in seen.texts and tips.TIPS["Cut"] in seen.texts
+
+
+def test_a_question_is_as_wide_as_its_longest_answer(monkeypatch: pytest.MonkeyPatch) -> None:
+    desk, long = dressed(desk_with("one.npy")), "save " + "a_long_name_" * 6 + ".toml and close"
+    wide: list[float] = []
+    button = imgui.button
+
+    def noted(words: str, size: imgui.ImVec2 | None = None) -> bool:
+        found = bool(button(words, size))
+        if words == long:
+            wide.append(imgui.get_item_rect_size().x)
+        return found
+
+    with headless():
+        desk.ask(Question("Really?", {long: lambda: None}))
+        with monkeypatch.context() as patch:
+            patch.setattr(imgui, "button", noted)
+            shown(desk, "File", 6)
+        assert wide[-1] >= imgui.calc_text_size(long).x
 
 
 def test_every_control_of_the_empty_window_has_a_tooltip(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -107,6 +139,7 @@ def test_every_control_of_the_empty_window_has_a_tooltip(monkeypatch: pytest.Mon
     with headless(), noticed(monkeypatch) as seen:
         shown(desk, "File")
     assert ("button", "open a sample") in seen.controls
+    seen.bare -= IN_FRONT
     assert not seen.bare, bare(seen)
 
 

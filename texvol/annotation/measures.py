@@ -29,7 +29,7 @@ ON_DARK: Color = (1.0, 0.62, 0.07)
 ON_LIGHT: Color = (0.55, 0.10, 0.0)
 _LUMINANCE, _MID_GREY = (0.2126, 0.7152, 0.0722), 0.18  # Rec. 709; linear light half way between black and white
 FAINT = 0.45  # opacity of hidden edges
-_DIGITS, _OF_LARGE = 4, 5  # of a value, and of one of at least 10,000, which would look rounded to tens
+_DIGITS = 4  # of a value below 10,000
 _TICK, _ARROW, _GAP, _ARC = 0.45, 0.55, 0.5, 1.6  # ems: half a tick, an arrow's head, text beside a line, least arc
 _HALO = 1 / 5  # ems by which the outline of a line is wider than the line
 _ARC_PART = 0.35  # of the shorter arm
@@ -65,7 +65,7 @@ class Marks:
 def value_text(measure: Measure, unit: str) -> str:
     """Return the value of a measure with its unit: a length, an angle, or the volume of a box."""
     quantity = own_quantities(measure, unit)[0]
-    number = rounding.plain(quantity.value, _OF_LARGE if quantity.value >= 1e4 else _DIGITS)
+    number = rounding.grouped(quantity.value, _DIGITS)
     return f"{number}°" if measure.kind == "angle" else f"{number} {quantity.unit}".strip()
 
 

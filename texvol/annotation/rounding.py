@@ -13,6 +13,7 @@ MINUS = "\u2212"
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 # Powers of ten between which numbers are written without a factor.
 _LEAST_WRITTEN, _MOST_WRITTEN = -4, 4
+_GROUPED = 1e4, 1e9  # least and greatest value that is written in whole units, with its thousands set apart
 _ON_THE_END = 1e-9  # of a step: a tick this far beyond an end is taken for rounding and stands on the end
 
 
@@ -55,6 +56,13 @@ def plain(number: float, digits: int = 6) -> str:
     decimal = Decimal(f"{number:.{digits - 1}e}").normalize()
     texts, factor = written([decimal])
     return texts[0] + factor
+
+
+def grouped(number: float, digits: int) -> str:
+    """Return a measured value as text: in whole units from 10,000 on, its thousands set apart, else as `plain`."""
+    if _GROUPED[0] <= abs(number) < _GROUPED[1]:
+        return f"{number:,.0f}".replace("-", MINUS)
+    return plain(number, digits)
 
 
 def length(number: Decimal, unit: str) -> str:

@@ -141,8 +141,8 @@ def _folders(arguments: argparse.Namespace, document: Any) -> Iterator[str]:
 def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     from texvol.util.errors import InputError
     from texvol.window import kept, script
-    from texvol.window.application import Plan
     from texvol.window.document import opened
+    from texvol.window.plan import Plan
 
     given: dict[str, Any] = {"slicing": arguments.slicing}
     if arguments.max_error is not None:
@@ -152,16 +152,16 @@ def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     if arguments.frame_rate is not None:
         given["frames_per_second"] = arguments.frame_rate
     name = arguments.volume or arguments.scene
-    # What is played back must not depend on what was done before.
-    usual = (None if arguments.script else kept.picture_size()) or DEFAULT_SIZE
+    size = vars(arguments).get("size")
     if name is not None:
         scene_options = options.SceneOptions(arguments)  # reports wrong options before the window opens
-        size = scene_options.size if "size" in vars(arguments) or arguments.scene else usual
+        size = scene_options.size if size or arguments.scene else None
         given |= {"open": lambda pixels: opened(arguments, pixels), "name": name}
-    else:
-        size = vars(arguments).get("size", usual)
+    if size is None and not arguments.script:  # what is played back must not depend on what was done before
+        size = kept.picture_size()
     player = script.Player(script.read(arguments.script)) if arguments.script else None
     return Plan(
-        size, panels=arguments.panels, frames=arguments.frames, screenshot=arguments.screenshot,
-        timings=arguments.timings, record=arguments.record, player=player, check=check, **given,
+        size or DEFAULT_SIZE, is_usual_size=size is None, panels=arguments.panels, frames=arguments.frames,
+        screenshot=arguments.screenshot, timings=arguments.timings, record=arguments.record, player=player, check=check,
+        **given,
     )  # fmt: skip

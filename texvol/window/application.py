@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from imgui_bundle import imgui
@@ -15,16 +13,16 @@ from texvol.util.errors import InputError
 from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, timings
 from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
-from texvol.window.document import Document
 from texvol.window.events import Event, Queue
 from texvol.window.home import Home
 from texvol.window.interface import Interface
 from texvol.window.painter import Painter
+from texvol.window.plan import Plan
 from texvol.window.playing import follow as follow_time
 from texvol.window.probe import at_point, first_medium
-from texvol.window.quality import DEFAULT_ERROR, DEFAULT_FRAMES_PER_SECOND, SETTLED, Pace
+from texvol.window.quality import SETTLED, Pace
 from texvol.window.reframing import follow as follow_box
-from texvol.window.screen import Screen, Textures
+from texvol.window.screen import Textures
 from texvol.window.script import Action, Player, Recorder
 from texvol.window.steering import Viewport, pressed_commands
 from texvol.window.timings import Frame
@@ -37,54 +35,6 @@ _FRAMES_AFTER_EVENT = 3
 _REFINER_NICENESS = 5
 
 
-@dataclass(frozen=True)
-class Plan:
-    """Settings of one run of the window.
-
-    Attributes
-    ----------
-    size : (width, height)
-        Size of the picture in window coordinates.
-    open : callable, optional
-        Returns the first document; its argument is the picture's size in pixels. `name` is the name of its file.
-    frames : int, optional
-        Number of frames after which the window closes, counted from the first picture on. With `screenshot`, the last
-        frame waits until the picture is at rest.
-    screenshot, timings, record : str, optional
-        Files to write: a screenshot at the end, the table of frame times, the recorded input.
-    home : callable
-        Makes the screen of the window from its size, its title, and the receiver of its events.
-    begun : callable
-        Called once: with the first document when it is open, or with None if there is none.
-    check : callable
-        Called once in each frame; an exception that it raises ends the window.
-    shows_empty : bool
-        False: frames before the first picture are not shown.
-    """
-
-    size: tuple[int, int]
-    open: Callable[[tuple[int, int]], Document] | None = None
-    name: str = ""
-    panels: bool = True
-    frames: int | None = None
-    screenshot: str | None = None
-    timings: str | None = None
-    record: str | None = None
-    player: Player | None = None
-    frames_per_second: float = DEFAULT_FRAMES_PER_SECOND
-    max_error: float = DEFAULT_ERROR
-    slicing: str = "stacks"
-    home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
-    begun: Callable[[Document | None], None] = lambda _: None
-    check: Callable[[], None] = lambda: None
-    shows_empty: bool = True
-
-    @property
-    def ends(self) -> bool:
-        """True if the window closes by itself after the script has been played and the picture is at rest."""
-        return self.frames is None and (self.player is not None or self.screenshot is not None)
-
-
 class Application:
     """Window with its main loop, a context manager that closes the window."""
 
@@ -94,17 +44,16 @@ class Application:
         is_played = plan.player is not None
         # What is played back must not depend on what was done before.
         beside = PANEL_WIDTH if is_played else kept.panel_width()
-        width = plan.size[0] + (round(beside) if plan.panels else 0)
         self._closers = contextlib.ExitStack()
         try:
             self._recorder = Recorder(plan.record) if plan.record else None
             if self._recorder:
                 self._closers.callback(self._recorder.close)
-            screen: Home = plan.home((width, plan.size[1]), "texvol", self._queue.put)
+            screen: Home = plan.home(plan.window_size(beside), "texvol", self._queue.put)
             self._screen = screen
             self._closers.callback(screen.close)
-            if plan.panels and screen.scale > 1:  # on a scaled monitor the panels' text and width are scaled alike
-                screen.resize((plan.size[0] + round(beside * screen.scale), plan.size[1]))
+            if screen.scale > 1:
+                screen.resize(plan.window_size(beside, screen.scale))
             self._interface = Interface(screen)
             self._closers.callback(self._interface.close)
             self._shared = SharedArrays()
@@ -121,6 +70,7 @@ class Application:
         self._desk.is_played = is_played
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
+        self._foot = 0  # height of the time bar
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
         self._frames = 0  # frames counted against `plan.frames`
@@ -172,8 +122,9 @@ class Application:
     def _size_to_keep(self) -> tuple[int, int] | None:
         """Return the size of the picture if the user has changed that of the window."""
         desk, area = self._desk, self._desk.layout.area
-        same = self._screen.size == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
-        return None if same else (round(area.width), self._screen.size[1])
+        width, height = self._screen.size
+        same = (width, height - self._foot) == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
+        return None if same else (round(area.width), round(area.height))
 
     def frame(self) -> None:
         """Process the events and draw one frame."""
@@ -307,7 +258,10 @@ class Application:
             desk.preferences.suit(width / scale)
         beside = min(desk.preferences.width * scale, MOST_PANEL * width) if desk.preferences.panels else 0
         area = Viewport(0, 0, width - round(beside), height)
-        foot = panels.timebar.room(desk)
+        foot = round(panels.timebar.room(desk))
+        if foot != self._foot and not screen.is_remote:  # the picture keeps its height if the monitor has room for it
+            screen.resize((width, height + foot - self._foot))
+        self._foot = foot
         desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:
             pixels, before = screen.pixels, desk.pixels
@@ -325,6 +279,7 @@ class Application:
                 commands.run(desk, command)  # those of a document do nothing
             return
         mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
+        events = panels.parts.heard(events)
         free = {"mouse": mouse, "keyboard": not typing and not modal}
         outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
         if outcome.view is not document.view:

@@ -117,7 +117,7 @@ class Browser:
 
     def enter(self, text: str) -> None:
         """Go to a typed path: list a folder, or choose a file."""
-        path = Path(os.path.abspath(self.folder / os.path.expanduser(text)))
+        path = self._path(text)
         try:
             reach.check(path)
         except InputError as error:
@@ -169,6 +169,14 @@ class Browser:
         elif self.selected is not None:
             self.pick(self.selected)
 
+    def press(self) -> None:
+        """Do what the button of the dialog says: go to the typed path, or else open the selected entry."""
+        typed = bool(self.text) and not self.saves
+        if typed and (self.selected is None or self._path(self.text).exists()):
+            self.enter(self.text)
+        else:
+            self.accept()
+
     def choose(self, path: Path) -> None:
         """Choose a path and close the browser; a folder may hold an image series."""
         self.over = True
@@ -178,12 +186,17 @@ class Browser:
         """Select an entry; the name of a file is proposed for writing."""
         if not self.saves or not entry.is_folder:
             self.name = entry.name
+        if not self.saves:
+            self.text = ""  # the button opens the entry, not a path that was typed before
         if self.saves and not entry.is_folder:
             self.text = entry.name
 
+    def _path(self, text: str) -> Path:
+        return Path(os.path.abspath(self.folder / os.path.expanduser(text)))
+
     def _folder_of(self, text: str) -> Listing:
         """Return the listing of a typed path's folder; it is read on a thread."""
-        folder = Path(os.path.abspath(self.folder / os.path.expanduser(os.path.dirname(text))))
+        folder = self._path(os.path.dirname(text))
         if folder == self.folder:
             return self.listing
         if self._beside is None or self._beside.folder != folder:

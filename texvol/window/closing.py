@@ -56,5 +56,5 @@ def _end_writing(desk: Desk) -> None:
         desk.wants_close = True
 
     more = f"{len(desk.orders) + 1} files are" if desk.orders else "A file is"
-    text = f"{more} being written ({desk.writing:.0%})."
+    text = f"{more} being written ({desk.writing * 100:.0f} %)."
     desk.ask(Question(text, {"close when written": wait, "stop and close": stop}))

@@ -85,12 +85,11 @@ class Layout:
     def arrange(self, area: Viewport, scale: float, has_scene: bool, foot: float = 0.0) -> Viewport:
         """Divide the area among the views; return the rectangle of the 3D view.
 
-        Beside slices the 3D view is small, so that a foot of that height below all views is left free for the time bar.
+        A foot of that height below all views is left free for the time bar, which would hide annotation.
         """
-        shown = self.shown and has_scene
-        if shown:
-            area = Viewport(area.x, area.y, area.width, max(area.height - round(foot), 1))
+        area = Viewport(area.x, area.y, area.width, max(area.height - round(foot), 1))
         self.area = area
+        shown = self.shown and has_scene
         self.rectangles = rectangles(area, self.large, _GAP * scale) if shown else {PICTURE: area}
         return self.rectangles[PICTURE]
 

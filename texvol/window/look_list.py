@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 OWN = "this volume"
@@ -95,3 +96,16 @@ def measured(files: list[str]) -> list[Entry]:
 def of_labels() -> list[Entry]:
     """Return the lists of colours for a volume of labels."""
     return [Entry(key, LABELS, key.rpartition(":")[2], text) for key, text in _LABELS.items()]
+
+
+def best_match(found: Sequence[Entry], words: str) -> str | None:
+    """Return the key of the entry that a search means: by its name, before one whose sentence has the words."""
+    wanted = words.lower().split()
+    if not wanted or not found:
+        return None
+
+    def is_elsewhere(entry: Entry) -> tuple[bool, bool]:
+        name = entry.name.lower()
+        return not all(word in name for word in wanted), not name.startswith(wanted[0])
+
+    return min(found, key=is_elsewhere).key

@@ -144,8 +144,10 @@ class Screen:
             self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Request another size in window coordinates."""
-        self._glfw.set_window_size(self._window, *size)
+        """Request another size, reduced to the monitor's work area, unless the window is maximised."""
+        if self._windowed is not None or self._glfw.get_window_attrib(self._window, self._glfw.MAXIMIZED):
+            return
+        self._glfw.set_window_size(self._window, *_fitting(self._glfw, size))
 
     def iconify(self, down: bool) -> None:
         """Minimise the window if `down` is True, else restore it."""

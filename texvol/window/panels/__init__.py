@@ -168,10 +168,11 @@ def _sidebar(desk: Desk) -> None:
             how |= int(imgui.TabItemFlags_.unsaved_document) if name == "File" and unsaved else 0
             with _narrow_tabs():
                 shown, _ = imgui.begin_tab_item(name, None, how)
-            tips.show(name)
-            if shown:
+            if shown:  # its tooltip would lie over the first controls
                 _tab(name, desk, foot)
                 imgui.end_tab_item()
+            else:
+                tips.show(name)
         imgui.end_tab_bar()
     status.show(desk)
     desk.preferences.tab = ""

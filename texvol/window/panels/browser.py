@@ -160,10 +160,10 @@ def _entries(browser: Browser, foot: float) -> None:
         imgui.table_header(name)
         imgui.set_item_tooltip(f"sort by {name}; once more: the other way round")
     _sort(browser)
-    if entries is None:
+    if not entries and not browser.listing.fault:
         imgui.table_next_row()
         imgui.table_next_column()
-        imgui.text_disabled("…")
+        imgui.text_disabled("…" if entries is None else "no files are here")
     picked = _rows(browser, entries or [])
     imgui.end_table()
     if picked is not None:
@@ -229,10 +229,11 @@ def _foot(browser: Browser) -> None:
         imgui.set_next_item_width(-1)
         _, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words)
         imgui.set_item_tooltip("options of the command line that say how to read the file")
-    folder = browser.selected is not None and browser.selected.is_folder and not browser.saves
-    imgui.begin_disabled(not browser.name)
+    typed = bool(browser.text) and not browser.saves
+    folder = not typed and browser.selected is not None and browser.selected.is_folder and not browser.saves
+    imgui.begin_disabled(not browser.name and not typed)
     if imgui.button("choose" if browser.saves else "enter" if folder else "open"):
-        browser.accept()
+        browser.press()
     imgui.end_disabled()
     imgui.set_item_tooltip("Enter")
     imgui.same_line()

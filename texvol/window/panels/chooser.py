@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 
 from texvol.window.catalogue import Sheet
 from texvol.window.desk import Desk
-from texvol.window.look_list import Entry
+from texvol.window.look_list import Entry, best_match
 from texvol.window.panels import parts, tips
 from texvol.window.strips import Pixels
 
@@ -76,7 +76,8 @@ def choice(
 ) -> str | None:  # fmt: skip
     """Show a list if it is open; return the key of the entry that is chosen in this frame.
 
-    A click or Enter chooses and closes the list; arrows choose and leave it open, so that entries can be compared.
+    A click, or Enter after a search, chooses and closes the list; arrows choose and leave it open, so that entries can
+    be compared.
     """
     if not imgui.is_popup_open(label):
         return None
@@ -86,18 +87,20 @@ def choice(
     imgui.push_item_width(-1)
     if listing.focuses:
         imgui.set_keyboard_focus_here()
-    _, listing.words = imgui.input_text_with_hint("##words", f"search {len(entries)} entries", listing.words)
+    edited, listing.words = imgui.input_text_with_hint("##words", f"search {len(entries)} entries", listing.words)
     imgui.set_item_tooltip("words of a name, a group or a description; up and down choose, Enter closes")
     imgui.pop_item_width()
     if top is not None:
         top()
     found = [each for each in entries if each.matches(listing.words)]
+    if edited:
+        listing.marked, listing.scrolls = best_match(found, listing.words) or current, True
     chosen = _by_keys(listing, found)
     imgui.begin_child("rows", imgui.ImVec2(0, 0))
     for group, members in groupby(found, key=lambda each: each.group):
         imgui.separator_text(group)
         for entry in members:
-            if _row(desk, label, entry, sheet, entry.key in (current, listing.marked), faults.get(entry.key)):
+            if _row(desk, label, entry, sheet, entry.key == listing.marked, faults.get(entry.key)):
                 chosen = entry.key
                 imgui.close_current_popup()
             if listing.marked == entry.key and listing.scrolls:
@@ -107,7 +110,7 @@ def choice(
     imgui.end_child()
     listing.focuses = listing.scrolls = False
     if chosen is None and imgui.is_key_pressed(imgui.Key.enter, False):
-        chosen = found[0].key if listing.words and found else None
+        chosen = listing.marked if listing.words and found else None
         imgui.close_current_popup()
     imgui.end_popup()
     return chosen

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from imgui_bundle import imgui
 
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 
-_WIDTH = 380.0  # of a question
+_WIDTH = 380.0  # least one of a question, in window coordinates at scale 1
 _NAME = "###question"
 _CHOSEN, _OTHER = imgui.ImVec4(0.24, 0.42, 0.64, 1.0), imgui.ImVec4(0.22, 0.25, 0.29, 1.0)
 
@@ -22,7 +24,7 @@ def ask(desk: Desk) -> None:
         imgui.open_popup(_NAME)
     middle = imgui.get_io().display_size * 0.5
     imgui.set_next_window_pos(middle, imgui.Cond_.always.value, imgui.ImVec2(0.5, 0.5))
-    width = min(_WIDTH * parts.scale(), 2 * middle.x - 40)
+    width = min(max(_WIDTH * parts.scale(), _widest(question.words)), 2 * middle.x - 40)
     imgui.set_next_window_size_constraints(imgui.ImVec2(width, 0), imgui.ImVec2(width, 2 * middle.y))
     flags = imgui.WindowFlags_.always_auto_resize | imgui.WindowFlags_.no_title_bar | imgui.WindowFlags_.no_move
     if not imgui.begin_popup_modal(_NAME, None, flags)[0]:
@@ -39,6 +41,13 @@ def ask(desk: Desk) -> None:
     if desk.question is not question:
         imgui.close_current_popup()
     imgui.end_popup()
+
+
+def _widest(answers: Sequence[str]) -> float:
+    """Return the width of a question in which the longest answer fits."""
+    style = imgui.get_style()
+    around = 2 * (style.window_padding.x + style.frame_padding.x)
+    return max(float(imgui.calc_text_size(words).x) for words in answers) + around
 
 
 def _answer(words: str, is_chosen: bool) -> bool:

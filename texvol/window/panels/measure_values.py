@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from imgui_bundle import imgui, implot
 
-from texvol.annotation.rounding import plain
+from texvol.annotation.rounding import grouped
 from texvol.scene.measures.measure import Measure, Point
 from texvol.scene.measures.values import Measured, Profile, Quantity
 from texvol.window import measure_changes
@@ -89,7 +89,7 @@ def _labels(each: Measured, names: Mapping[int, str]) -> None:
     while clipper.step():
         for position in range(clipper.display_start, clipper.display_end):
             imgui.table_next_row()
-            count, volume = samples[position], in_letters(plain(volumes[position].value, 6))
+            count, volume = samples[position], in_letters(grouped(volumes[position].value, _DIGITS))
             name = names.get(count.label or 0, "")
             label = shortened(f"{count.label} {name}", _LETTERS) if name else str(count.label)
             for column, cell in enumerate((label, f"{int(count.value):,}", volume)):
@@ -168,9 +168,9 @@ def _plot(profile: Profile, unit: str) -> Point | None:
 def _hovered(profile: Profile, distance: float, unit: str) -> Point:
     """Show the values of the point nearest to a distance in a tooltip; return the point."""
     number = int(np.abs(profile.distances - distance).argmin())
-    lines = [f"at {plain(float(profile.distances[number]), _DIGITS)} {unit}".strip()]
+    lines = [f"at {grouped(float(profile.distances[number]), _DIGITS)} {unit}".strip()]
     for name, values, value_unit in zip(profile.volumes, profile.values, profile.units, strict=True):
-        value = in_letters(plain(float(values[number]), _DIGITS)) if np.isfinite(values[number]) else "outside"
+        value = in_letters(grouped(float(values[number]), _DIGITS)) if np.isfinite(values[number]) else "outside"
         lines.append(f"{name}: {value} {value_unit}".strip() if len(profile.volumes) > 1 else f"{value} {value_unit}")
     imgui.set_tooltip("\n".join(lines))
     return triple(profile.points[number])
@@ -179,5 +179,5 @@ def _hovered(profile: Profile, distance: float, unit: str) -> Point:
 def _text(quantity: Quantity) -> str:
     if quantity.what.endswith("samples"):
         return f"{int(quantity.value):,}"
-    number = in_letters(plain(quantity.value, _DIGITS))
+    number = in_letters(grouped(quantity.value, _DIGITS))
     return f"{number}°" if quantity.unit == "°" else f"{number} {quantity.unit}".strip()

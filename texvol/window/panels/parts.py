@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from texvol.util.color import linear_from_srgb, srgb_from_linear
 from texvol.window import commands
 from texvol.window.desk import Desk
+from texvol.window.events import Event
 from texvol.window.navigation import triple
 from texvol.window.panels import tips
 from texvol.window.steering import Viewport
@@ -48,6 +49,13 @@ def close_dialog(name: str) -> None:
     """Close a modal dialog that is no longer shown: else it would keep the mouse from everything else."""
     if imgui.is_popup_open(name):
         imgui.internal.close_popup_to_level(0, True)
+
+
+def heard(events: list[Event]) -> list[Event]:
+    """Return the events that the picture hears: while a list or an editor is open, no keys but those with ctrl."""
+    if not imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
+        return events
+    return [each for each in events if each.kind != "key" or not each.down or "ctrl" in each.modifiers]
 
 
 def note(text: str) -> None:

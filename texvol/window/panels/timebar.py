@@ -1,4 +1,4 @@
-"""Time bar at the bottom of the picture: play and pause, step by step, a slider through all time steps."""
+"""Time bar below the picture: play and pause, step by step, a slider through all time steps."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _ALPHA = 0.85
 
 
 def room(desk: Desk) -> float:
-    """Return the height that the time bar takes with its margins, if it is shown beside slices."""
-    is_shown = desk.times.has_steps and desk.document is not None and desk.layout.shown
+    """Return the height that the time bar takes with its margins, if it is shown."""
+    is_shown = desk.times.has_steps and desk.document is not None
     return _height() + 2 * _MARGIN if is_shown else 0.0
 
 
@@ -26,7 +26,7 @@ def _height() -> float:
 
 
 def show(desk: Desk) -> None:
-    """Show the time bar, if the scene has several time steps: below slices, or in the picture if that is alone."""
+    """Show the time bar below all views, if the scene has several time steps."""
     times, scale, area = desk.times, parts.scale(), desk.layout.area
     if not times.has_steps or desk.document is None:
         return

@@ -14,8 +14,9 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from texvol.util.errors import InputError, TexvolError
-from texvol.window.application import Application, Plan
+from texvol.window.application import Application
 from texvol.window.document import Document, Origin
+from texvol.window.plan import Plan
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.off_screen import OffScreen
 from texvol.window.remote.viewer import Viewer
