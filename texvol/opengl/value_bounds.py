@@ -13,8 +13,8 @@ from texvol.textures.value_storage import stored_values
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.statistics import on_steps
 
-# Of a stored value: interpolation of equal texels may be so far off. Bounds are lower by as much, so that a ray does not
-# look for what is larger than it has met by rounding alone.
+# Of a stored value: interpolation of equal texels may be so far off. Bounds are lower by as much, so that a ray does
+# not look for what is larger than it has met by rounding alone.
 _SAME = np.float32(2.0**-22)
 _NOTHING = np.float32(-3e38)  # bound of a cell in which all values are missing
 

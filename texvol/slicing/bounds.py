@@ -1,4 +1,4 @@
-"""Bounds: the largest or least value in small cells of a volume, so that a ray skips cells that cannot raise its extreme.
+"""Bounds: the largest or least value in small cells, so that a ray skips cells that cannot raise what it has met.
 
 A cell spans a few samples from plane to plane: cell c of side s holds what is interpolated between the planes through
 the samples s c - 1 and s (c + 1) - 1 along each axis, and the outermost cells what lies beyond.
