@@ -52,7 +52,7 @@ SWITCHES: dict[str, list[Switches]] = {
     "end_slabs.glsl": [
         each | {"AT_ONCE": 2, "WHOLE_SLABS": 0, "CAPS": caps} for each in slabs_of(0, 1, 2, 3) for caps in EITHER
     ],
-    "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
+    "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER, SKIPS=EITHER)],
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),
     "integrate.glsl": [

@@ -27,6 +27,7 @@ from texvol.ray_casting.projection import isosurface_depth, project
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.slicing.bounds import bounds_of
 
 
 @every_grid_and_view("mip", "minip")
@@ -39,6 +40,35 @@ def test_extremes_are_exact(renderer, mode, grid, view):
         np.testing.assert_array_equal(picture[..., 3], expected[..., 3])
         np.testing.assert_allclose(picture, expected, rtol=0, atol=rounding(volume))
     assert (expected[..., 3] == 1).any() and (view.startswith("inside") or (expected[..., 3] == 0).any())
+
+
+@every_grid_and_view("mip", "minip")
+@pytest.mark.parametrize("kind", ["smooth", "noise", "gaps"])
+def test_extremes_without_skipped_cells_are_the_same(renderer, mode, grid, view, kind):
+    samples = np.random.default_rng(3).random((21, 18, 23))
+    if kind == "smooth":
+        samples = np.add.outer(np.sin(np.arange(21) / 3), np.cos(np.add.outer(np.arange(18), np.arange(23)) / 5))
+    if kind == "gaps":
+        samples[4:13, 5:9, 3:15] = np.nan
+    volume = Volume(samples.astype(np.float32), **GRIDS[grid])
+    scene = scene_of(volume, mode, view)
+    few, every = (renderer.render(scene, SIZE, skip_empty=skips) for skips in (True, False))
+    np.testing.assert_array_equal(few[..., 3], every[..., 3])
+    np.testing.assert_allclose(few, every, rtol=0, atol=3 * rounding(volume))
+
+
+@pytest.mark.parametrize("mode", ["mip", "minip"])
+def test_a_cell_of_a_small_bound_is_skipped(renderer, mode, monkeypatch):
+    """The largest or least value lies in a cell that its bound, which is wrong here, excludes."""
+    sign = 1 if mode == "mip" else -1
+    values = np.zeros((16, 16, 16), np.float32)
+    values[5:7, 5:7, 5:7], values[8:12] = sign, 0.5 * sign
+    monkeypatch.setattr("texvol.opengl.value_bounds.bounds_of", lambda *how: 0.9 * bounds_of(*how) * small)
+    small = np.ones((4, 4, 4), np.float32)
+    small[1, 1, 1] = 0
+    scene = scene_of(Volume(values), mode, "along an axis")
+    skipping, every = (renderer.render(scene, SIZE, skip_empty=skips) for skips in (True, False))
+    assert abs(every[..., 0]).max() == 1 and abs(skipping[..., 0]).max() == 0.5
 
 
 @every_grid_and_view("xray", "average")
@@ -253,8 +283,8 @@ def test_nothing_is_nothing(renderer, mode):
 # The checks can fail.
 
 LOST_PLANES = (
-    "float first_depth(SampleWalk walk, float least, float depth, out vec3 planes)",
-    "float found = first_depth_right(walk, least, depth, planes); planes += 1.0; return found;",
+    "vec3 planes_behind(SampleWalk walk, float apart, float before, float depth)",
+    "return planes_behind_right(walk, apart, before, depth) + apart;",
 )
 HUNDREDTH = (
     "vec4 part_of_integral(float value, float fraction)",

@@ -8,6 +8,7 @@ from texvol.options.scene_options import SceneOptions
 from texvol.rendering.default_rate import LIMIT
 from texvol.scene.kinds import kind_of
 from texvol.scene.scene import Scene
+from texvol.util.upward import upward
 
 
 def reasons(options: SceneOptions, scene: Scene) -> list[str]:
@@ -32,7 +33,7 @@ def summary(
     if scene.mode == "composite" and options.look is not None:
         light = "unlit" if scene.lighting is None else "lit"
         shown = f"look {options.look.name}, {light}"
-    accuracy = "error not estimated" if error is None else f"estimated error {error:.1g}"
+    accuracy = "error not estimated" if error is None else f"estimated error {upward(error)}"
     if by_default and error is not None and error > LIMIT:
         accuracy += f" (more slabs take longer: --max-error {LIMIT:.2g})"
     return f"{path}: {options.volume}, {width}x{height}, {shown}, {accuracy}, {time.perf_counter() - start:.1f} s"

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.projection import ValueProjection
 from texvol.opengl.texture_store import BakedTexture
+from texvol.opengl.value_bounds import ValueBounds
 from texvol.scene.camera import Camera
 from texvol.scene.cutting import NOT_CUT, Cutting
 from texvol.scene.lighting import DepthCue, Lighting
@@ -66,11 +67,13 @@ class DrawnVolume:
     first_cell: tuple[float, float, float] = (0.0, 0.0, 0.0)  # where they begin, in cells from the corner of the box
     lighting: Lighting | None = None  # on a medium that the shader classifies; other texels are lit when baked
     light_transmittance: moderngl.Texture3D | None = None  # from the nodes of the box to each light that casts shadows
+    bounds: ValueBounds | None = None  # of cells that a ray skips in modes mip and minip
 
     def samplers(self, brick: Brick) -> dict[str, AnyTexture]:
         """Return the textures of a brick by the names of their samplers; they are uploaded if they are not there."""
         own = {"skips": self.skips, "light_transmittance": self.light_transmittance}
-        return self.textures.resources(brick) | {name: texture for name, texture in own.items() if texture is not None}
+        known = {name: texture for name, texture in own.items() if texture is not None}
+        return self.textures.resources(brick) | known | (self.bounds.samplers if self.bounds else {})
 
 
 @dataclass(frozen=True)

@@ -86,6 +86,11 @@ class ValueProjection:
         return _MODES[self.mode] if is_single else _SEVERAL
 
     @property
+    def sign_of_largest(self) -> float:
+        """Sign with which values are compared; 0 where extremes do not matter."""
+        return {"mip": 1.0, "minip": -1.0}.get(self.mode, 0.0)
+
+    @property
     def blending(self) -> str:
         """Blending of bricks."""
         return {1: "add", 2: "largest", 3: "under"}[_MODES[self.mode]]
@@ -127,9 +132,9 @@ class ValueProjection:
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
         if self._missing(baked) and self._number != _SEVERAL:
             uniforms["far_from"] = FAR * baked.storage.extent
-        if self.mode in ("mip", "minip"):
+        if sign := self.sign_of_largest:
             low, high = baked.volume.value_range or (0.0, 0.0)
-            sign, end = (1.0, high) if self.mode == "mip" else (-1.0, low)
+            end = high if sign > 0 else low
             most = float(np.clip(sign * (end - baked.storage.offset) / baked.storage.scale, -2 * HUGE, _ALL_FINITE))
             return uniforms | {"sign_of_largest": sign, "largest_of_all": most}
         # No value that is stored lies beyond these.

@@ -58,7 +58,8 @@ def picture_switches(drawing: Drawing) -> dict[str, int]:
 
 def volume_switches(drawn: DrawnVolume, brick: Brick) -> dict[str, int]:
     """Switches of one volume and the brick of it that is drawn, but for those of its texels."""
-    bricks_and_cells = {"BRICKS": int(not brick.is_whole), "SKIPS": int(drawn.skips is not None)}
+    skips = drawn.skips is not None or drawn.bounds is not None
+    bricks_and_cells = {"BRICKS": int(not brick.is_whole), "SKIPS": int(skips)}
     return light_switches(drawn.lighting) | bricks_and_cells
 
 
@@ -128,7 +129,7 @@ def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
     """Uniforms of the texels: a medium, or the values themselves in a projection."""
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"
-        return drawing.projection.uniforms(drawn.baked)
+        return drawing.projection.uniforms(drawn.baked) | (drawn.bounds.uniforms if drawn.bounds else {})
     scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
     return scales | drawn.baked.uniforms(drawing.view.slab_thickness)
 

@@ -40,6 +40,7 @@ from texvol.textures.halving import is_plain
 from texvol.textures.value_storage import HOPELESS, ULP, bulk_of
 from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, InputError
+from texvol.util.upward import upward
 
 ALL = "all"
 CONFIDENCE = 0.99
@@ -72,14 +73,14 @@ class Check:
     def sentence(self) -> str:
         """Findings in a sentence."""
         if self.pixels == self.of:
-            found = f"all {self.of} pixels checked: largest error {self.largest_error:.2g}"
+            found = f"all {self.of} pixels checked: largest error {upward(self.largest_error)}"
             return f"{found}; {self.beyond} of them are beyond {self.limit:g}" if self.beyond else found
         pixels = "1 pixel" if self.pixels == 1 else f"{self.pixels} pixels"
-        found = f"{pixels} checked: largest error {self.largest_error:.2g}"
+        found = f"{pixels} checked: largest error {upward(self.largest_error)}"
         if self.beyond:
-            found += f", {self.beyond} of them beyond {self.limit:.2g}"
+            found += f", {self.beyond} of them beyond {self.limit:g}"
         fraction = math.ceil(1000 * self.at_most) / 10  # never less than what is known
-        return f"{found}; 99 % confident that at most {fraction:g} % of the pixels are beyond {self.limit:.2g}"
+        return f"{found}; 99 % confident that at most {fraction:g} % of the pixels are beyond {upward(self.limit)}"
 
     @property
     def attributes(self) -> dict[str, str]:
@@ -307,10 +308,10 @@ def held_against_oracle(
     else:
         found = None if wanted is None else check_in_passing(picture, scene, wanted)
     if wanted is not None and found is not None and found.beyond:
-        said = "" if estimate is None else f", {estimate:.2g} estimated"
+        said = "" if estimate is None else f", {upward(estimate)} estimated"
         warnings.warn(
             f"requested error of {wanted:g} not reached{said}: of {found.pixels} checked pixels {found.beyond} are "
-            f"beyond, with errors of up to {found.largest_error:.2g}",
+            f"beyond, with errors of up to {upward(found.largest_error)}",
             AccuracyWarning,
             stacklevel=3,
         )

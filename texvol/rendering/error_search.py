@@ -52,6 +52,7 @@ from texvol.scene.scene import CompleteScene
 from texvol.textures.value_storage import bulk_of
 from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, NoRoomError
+from texvol.util.upward import upward
 
 # Largest order that is believed: SAFETY then covers what 160 random scenes at four thicknesses were off.
 _MOST_ORDER = {"slab": 1.3, "extinction": 1.75, "post": 1.75, "integrated": 1.5}
@@ -168,7 +169,7 @@ class ErrorSearch:
         choice = choice or self._held_against_reference(scene, size, settings, wanted)
         if not choice.reached:
             warnings.warn(
-                f"requested error of {wanted:g} not reached: {choice.estimated_error:.2g} by estimate, "
+                f"requested error of {wanted:g} not reached: {upward(choice.estimated_error)} by estimate, "
                 f"at slab thickness {choice.slab_thickness:g}",
                 AccuracyWarning,
                 stacklevel=4,

@@ -17,6 +17,7 @@ from texvol.scene.refinement import REFINEMENTS, beyond_refinement, refined_scen
 from texvol.scene.scene import Classification, CompleteScene
 from texvol.textures.refinement import chosen_refinement
 from texvol.util.errors import AccuracyWarning, InputError, NoRoomError
+from texvol.util.upward import upward
 
 _FINER = 4.0  # slabs per smallest spacing of the pictures that are compared
 _OF_BUDGET = 1 / 4  # for a refined texture that nobody asked for
@@ -130,7 +131,7 @@ class AskedOfModel:
             return best, self.max_error - errors[best]
         warnings.warn(
             f"requested error of {self.max_error:g} of post not reached: the medium of {scene.classification} at "
-            f"texture refinement {best} is {errors[best]:.2g} from it by estimate; that of post is not",
+            f"texture refinement {best} is {upward(errors[best])} from it by estimate; that of post is not",
             AccuracyWarning,
             stacklevel=4,
         )

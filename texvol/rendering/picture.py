@@ -19,6 +19,7 @@ from texvol.scene.display import Window, found_window, shown
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.util import writing
 from texvol.util.color import srgb_from_linear
+from texvol.util.upward import upward
 
 _DRAWS_IMAGES = "matplotlib.image"
 _CALLS_BETWEEN = 4  # from there to `view`: set_data, safe_masked_invalid, masked_where
@@ -202,7 +203,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     def __repr__(self) -> str:
         if self.drawn is None or self.ndim != 3:
             return np.ndarray.__repr__(_plain(self))
-        error = "not estimated yet" if self.drawn.error is None else f"{self.drawn.error:.2g}"
+        error = "not estimated yet" if self.drawn.error is None else upward(self.drawn.error)
         return f"<Picture {self.shape[1]}x{self.shape[0]} of {self._scene.volume.name}, error {error}>"
 
     __str__ = __repr__

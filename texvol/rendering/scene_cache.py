@@ -122,6 +122,10 @@ def _drawn(
     empty_space = cache.empty_space if settings.skips(alone) else None
     skips = empty_space.skips if empty_space else None
     lit_when_drawn = isinstance(cache.baked, ValueTexture) and not projection
+    bounds = None
+    if projection and projection.sign_of_largest and settings.skip_empty and isinstance(cache.baked, ValueTexture):
+        bounds = cache.bounds
+        bounds.prepare(cache.baked, projection.sign_of_largest)
     return DrawnVolume(
         alone.volume,
         cache.baked,
@@ -131,6 +135,7 @@ def _drawn(
         cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
         lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
         light_transmittance=shadow.texture if shadow and lit_when_drawn else None,
+        bounds=bounds,
     )
 
 

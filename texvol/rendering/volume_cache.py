@@ -13,6 +13,7 @@ from texvol.opengl.contexts import Context
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.projection import Isovalue
 from texvol.opengl.texture_store import BakedTexture, Stopwatch, TextureStore, same
+from texvol.opengl.value_bounds import ValueBounds
 from texvol.rendering.render import bake
 from texvol.rendering.settings import Settings
 from texvol.scene.air import attenuation_of
@@ -40,7 +41,7 @@ class VolumeCache:
 
     def __init__(self, context: Context, budget: int, watch: Stopwatch) -> None:
         self._context, self._budget, self._watch = context, budget, watch
-        self.empty_space = EmptySpace(context.gl)
+        self.empty_space, self.bounds = EmptySpace(context.gl), ValueBounds(context.gl)
         self.textures = TextureStore(context, budget, watch)
         self.baked: BakedTexture | None = None
         self._recipe: Recipe = ()
@@ -163,6 +164,7 @@ class VolumeCache:
         """Release everything on the device."""
         self.textures.release()
         self.empty_space.release()
+        self.bounds.release()
         self._coarsest = None
 
 

@@ -19,6 +19,7 @@ from statistics import median
 from typing import Any
 
 from texvol.scene.scene import Scene
+from texvol.util.upward import upward
 
 DEFAULT_FRAMES_PER_SECOND = 30.0
 DEFAULT_ERROR = 1 / 255  # one step of the 8 bits that a screen shows
@@ -115,7 +116,7 @@ def error_text(metadata: Mapping[str, Any], *, numbers: bool = False) -> str:
         return "error not estimated"
     if metadata.get("reached") and wanted is not None and estimate <= wanted:
         return f"error ≤ {limit_text(wanted, numbers=numbers)}"
-    return f"error ≈ {estimate:.2g}"
+    return f"error ≈ {upward(estimate)}"
 
 
 def limit_text(error: float, *, numbers: bool) -> str:
@@ -124,6 +125,6 @@ def limit_text(error: float, *, numbers: bool) -> str:
     The error of a picture of `numbers` is always a decimal number.
     """
     if numbers:
-        return f"{error:.3g}"
+        return upward(error, 3)
     steps = error * 255
-    return f"{steps:.0f}/255" if abs(steps - round(steps)) < 1e-6 and round(steps) > 0 else f"{error:.2g}"
+    return f"{steps:.0f}/255" if abs(steps - round(steps)) < 1e-6 and round(steps) > 0 else upward(error)

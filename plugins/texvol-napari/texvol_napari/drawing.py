@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from texvol import Picture, Renderer
 from texvol.formats.pictures import image
 from texvol.util.color import linear_from_srgb
+from texvol.util.upward import upward
 from texvol_napari.translation import Part, Translation
 
 _LEVELS = 255.0
@@ -112,4 +113,4 @@ def _error_line(part: Part, picture: Picture, asked: float) -> str:
     scale = part.value_range or 1.0
     unit = "of the contrast limits" if part.value_range else "of linear light"
     missed = "" if error <= asked else f"; asked for {asked / scale:.2g}, which was not reached"
-    return f"{part.name}: estimated error {error / scale:.2g} {unit}{missed}"
+    return f"{part.name}: estimated error {upward(error / scale)} {unit}{missed}"

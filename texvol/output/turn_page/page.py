@@ -21,6 +21,7 @@ from texvol.scene.volume import Volume
 from texvol.util import writing
 from texvol.util.color import srgb_from_linear
 from texvol.util.errors import InputError
+from texvol.util.upward import upward
 from texvol.util.version import __version__
 
 ROOM = 10_000_000  # bytes of the file
@@ -151,7 +152,9 @@ def details(scene: Scene, names: Sequence[str] = (), error: float | None = None)
     spacing = " x ".join(f"{each:.4g}" for each in volume.spacing)
     medium = scene.looked.transfer_function
     said = (
-        "not estimated" if error is None else f"{error:.1g} of the linear picture of the first view, before compression"
+        "not estimated"
+        if error is None
+        else f"{upward(error)} of the linear picture of the first view, before compression"
     )
     return {
         "volume": ", ".join(names) or volume.name,

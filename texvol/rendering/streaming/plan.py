@@ -21,6 +21,7 @@ from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.regions import regions_of_level
 from texvol.slicing.slabs import slab_stacks
 from texvol.util.errors import InputError
+from texvol.util.upward import upward
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class Plan:
         """The plan in lines for people."""
         levels = ", ".join(f"{count} of level {level}" for level, count in sorted(self.levels.items())) or "none"
         slabs = "as many slabs as the error needs" if self.slabs is None else f"{self.slabs} slabs"
-        off = f", off by at most {self.level_error:.2g} by prediction" if self.level_error else ""
+        off = f", off by at most {upward(self.level_error)} by prediction" if self.level_error else ""
         return "\n".join(
             [
                 f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}{off}; "

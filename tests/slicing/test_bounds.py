@@ -1,0 +1,28 @@
+"""Bounds of cells: each is the extreme of the samples between whose planes the cell lies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from texvol.scene.volume import Volume
+from texvol.slicing.bounds import CELL, bounds_of, side_of
+
+
+@pytest.mark.parametrize("reduce", [np.fmax, np.fmin])
+@pytest.mark.parametrize("shape", [(1, 4, 5), (8, 3, 12), (7, 9, 6)])
+def test_a_bound_is_the_extreme_from_plane_to_plane(shape, reduce):
+    values = np.random.default_rng(2).normal(size=shape)
+    values[0, 1:3, 2:] = np.nan
+    bounds = bounds_of(values, 4, reduce)
+    assert bounds.shape == tuple(-(-count // 4) for count in shape)
+    for cell in np.ndindex(bounds.shape):
+        # Samples 4 c - 1 to 4 c + 3, of those that there are.
+        between = values[tuple(slice(max(4 * c - 1, 0), 4 * c + 4) for c in cell)]
+        assert bounds[cell] == reduce.reduce(between, axis=None)
+
+
+def test_cells_of_long_volumes_fit_a_texture():
+    assert side_of(Volume(np.zeros((2, 2, 300), np.uint8))) == CELL
+    long = Volume(np.zeros((1, 1, 2048 * CELL + 1), np.uint8))
+    assert side_of(long) == CELL + 1 and bounds_of(long.values, CELL + 1, np.fmax).shape[2] <= 2048

@@ -1,0 +1,31 @@
+"""Bounds: the largest or least value in small cells, so that a ray skips cells that cannot raise what it has met.
+
+A cell spans a few samples from plane to plane: cell c of side s holds what is interpolated between the planes through
+the samples s c - 1 and s (c + 1) - 1 along each axis, and the outermost cells what lies beyond.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from texvol.scene.volume import Volume
+
+CELL = 4  # samples along an axis: 3 and 6 take as long, 2 a fifth longer
+_MOST_ALONG_AN_AXIS = 2048  # texels, of which every device has room for so many
+
+
+def side_of(volume: Volume) -> int:
+    """Return how many samples a cell spans along each axis."""
+    return max(CELL, -(-max(volume.dimensions) // _MOST_ALONG_AN_AXIS))
+
+
+def bounds_of(values: NDArray, side: int, reduce: np.ufunc) -> NDArray:
+    """Return the largest or least value of each cell, as `reduce` is fmax or fmin, shape (cz, cy, cx)."""
+    for _ in range(3):  # along z, y and x, each of which is the first axis in its turn
+        starts = range(0, len(values), side)
+        made = np.empty((len(starts), *values.shape[1:]), values.dtype)
+        for layer, at in zip(made, starts, strict=True):
+            reduce.reduce(values[max(at - 1, 0) : at + side], axis=0, out=layer)
+        values = np.ascontiguousarray(made.transpose(1, 2, 0))
+    return values
