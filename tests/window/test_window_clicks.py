@@ -104,6 +104,15 @@ def test_what_is_typed_before_and_after_a_key_that_edits_is_apart_from_it(name: 
     assert taken(letter, with_ctrl, letter) == [[letter], [with_ctrl], [letter]]
 
 
+def test_a_chord_is_a_frame_before_its_keys_are_released_in_either_order() -> None:
+    ctrl, press = Event("key", name="left_control", down=True), Event("key", name="a", down=True, modifiers=("ctrl",))
+    ctrl_up, up = Event("key", name="left_control", modifiers=("ctrl",)), Event("key", name="a")
+    assert taken(ctrl, press, ctrl_up, up) == [[ctrl, press], [ctrl_up, up]]
+    assert taken(press, ctrl_up, up) == [[press], [ctrl_up, up]]
+    held_up, late_up = Event("key", name="a", modifiers=("ctrl",)), Event("key", name="left_control")
+    assert taken(ctrl, press, held_up, late_up) == [[ctrl, press], [held_up, late_up]]
+
+
 def test_a_script_is_played_back_with_every_move() -> None:
     queue = Queue()
     for x in range(3):

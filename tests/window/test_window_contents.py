@@ -233,6 +233,14 @@ def test_views_of_the_whole_leave_annotation_its_room(folder: Path, command: str
     np.testing.assert_allclose([roomy.eye, roomy.target, roomy.up], [wanted.eye, wanted.target, wanted.up], atol=1e-9)
 
 
+def test_a_sample_is_opened_without_a_word_and_is_no_recent_file(folder: Path) -> None:
+    desk = desk_with("ball.npy")
+    before = recent.files()
+    opening.sample(desk)
+    settled(desk)
+    assert [each.text for each in desk.messages if each.is_fault] == [] and recent.files() == before
+
+
 def test_recent_files_keep_every_volume_and_how_it_was_read(folder: Path) -> None:
     words = "--mask half.npy --add channels.npy --add-channel 1 --add-transform 1,0,0,5,0,1,0,0,0,0,1,0 --add wide.npy"
     first = opened_file("ball.npy", SIZE, contents.of_opened(words))

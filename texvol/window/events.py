@@ -161,6 +161,8 @@ _AFTER = {  # kinds of events after which an event of a kind needs another frame
 
 def _comes_later(event: Event, before: list[Event]) -> bool:
     """True if an event belongs in a later frame than the events before it."""
+    if event.kind == "key" and any(each.down and _is_chord(each) for each in before):
+        return True  # a release of ctrl in the frame of ctrl+a would make it a mere a
     if _is_typed(event):
         return any(each.kind == "button" for each in before)
     if event.kind == "scroll" and any(each.kind == "scroll" and each.modifiers != event.modifiers for each in before):
@@ -176,4 +178,9 @@ def _comes_later(event: Event, before: list[Event]) -> bool:
 def _is_typed(event: Event) -> bool:
     """True for a key whose press is a letter to be typed."""
     is_letter = len(event.name) == 1 or event.name in _LETTERS
-    return event.kind == "key" and is_letter and not {"ctrl", "alt"} & set(event.modifiers)
+    return event.kind == "key" and is_letter and not _is_chord(event)
+
+
+def _is_chord(event: Event) -> bool:
+    """True for a key that is pressed or released while ctrl or alt is down."""
+    return event.kind == "key" and bool({"ctrl", "alt"} & set(event.modifiers))
