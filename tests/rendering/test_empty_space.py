@@ -12,12 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.pairs import IN_A_PROJECTION, each_classification_in_a_projection
 from support.quick_stats import quick_stats
-from support.scenes import BONE, constant, inside, random_volume, sparse_volume
+from support.scenes import BONE, constant, inside, random_volume, smooth_volume, sparse_volume
 
+from texvol.opengl.compositor import Compositor
 from texvol.opengl.shaders import FOLDER
 from texvol.opengl.uniforms import skip_uniforms
 from texvol.rendering.renderer import Renderer
 from texvol.scene.camera import Camera, Projection
+from texvol.scene.lighting import DepthCue, Light, Lighting
 from texvol.scene.scene import CLASSIFICATIONS, Classification, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -195,14 +197,32 @@ def test_without_leaps_every_slab_is_sampled(
 
 
 def test_slabs_are_counted_as_the_rays_cross_them(renderer: Renderer) -> None:
-    """Eight slabs of one sample along an axis, in as many pixels as the box covers."""
+    """Eight slabs of one sample along an axis, in as many pixels as the box covers, from few rows to several blocks."""
     volume = Volume(np.ones((8, 8, 8), np.float32))
-    camera = Camera.orthographic(volume.centre - (0, 20, 0), volume.centre, (0, 0, 1), height=16.0)
-    for classification in CLASSIFICATIONS:
-        scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
-        renderer.render(scene, (64, 64), slab_thickness=1.0, early_termination=0)
-        stats = quick_stats(renderer, samples=True)
-        assert stats["samples"] == stats["samples_total"] == 8 * 32 * 32
+    for side in (64, 140):
+        camera = Camera.orthographic(volume.centre - (0, 20, 0), volume.centre, (0, 0, 1), height=16.0)
+        for classification in CLASSIFICATIONS:
+            scene = Scene(volume, BONE, camera, classification=classification)  # type: ignore[arg-type]
+            renderer.render(scene, (side, side), slab_thickness=1.0, early_termination=0)
+            stats = quick_stats(renderer, samples=True)
+            assert stats["samples"] == stats["samples_total"] == 8 * (side // 2) ** 2
+
+
+@pytest.mark.parametrize("classification", CLASSIFICATIONS)
+def test_slabs_of_a_lit_scene_are_counted_without_light(
+    renderer: Renderer, classification: Classification, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    sun = Lighting((Light(), Light("directional", (1, 2, 3))), shadows=True)
+    scene = Scene(smooth_volume(12), BONE, lighting=sun, depth_cue=DepthCue(), classification=classification)
+    renderer.render(scene, SIZE)
+    program, asked = Compositor.program, []
+    monkeypatch.setattr(Compositor, "program", lambda *how: asked.append(how[2]) or program(*how))
+    lit = quick_stats(renderer, samples=True)["samples"]
+    assert asked and not any(switches.get("LIT") or switches.get("CUE") for switches in asked if switches.get("COUNT"))
+    monkeypatch.undo()
+    renderer.render(replace(scene, lighting=None, depth_cue=None), SIZE)
+    # The brightest light is 2 and ends rays later than none, a few slabs at most.
+    assert 1 <= lit / quick_stats(renderer, samples=True)["samples"] < 1.1
 
 
 @classifications

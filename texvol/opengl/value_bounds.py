@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import weakref
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.volume import Volume
 from texvol.slicing.bounds import bounds_of, side_of
 from texvol.textures.value_storage import stored_values
 from texvol.textures.value_texture import ValueTexture
@@ -24,14 +26,15 @@ class ValueBounds:
 
     def __init__(self, gl: moderngl.Context) -> None:
         self._gl = gl
-        self._of: tuple[Any, ...] | None = None
+        self._of: tuple[Any, ...] = ()
+        self._volume: weakref.ref[Volume] | None = None
         self._texture: moderngl.Texture3D | None = None
         self._uniforms: dict[str, Any] = {}
 
     def prepare(self, baked: ValueTexture, sign: float) -> None:
         """Find the bounds of the stored values times `sign`, 1 or -1; what is known already is kept."""
-        of = (baked.volume, baked.storage, sign)
-        if self._of is not None and self._of[0] is of[0] and self._of[1:] == of[1:]:
+        of = (baked.storage, sign)
+        if self._of == of and self._volume is not None and self._volume() is baked.volume:
             return
         self.release()
         side = side_of(baked.volume)
@@ -43,7 +46,7 @@ class ValueBounds:
         self._texture = self._gl.texture3d((nx, ny, nz), 1, np.ascontiguousarray(bounds), dtype="f4")
         self._texture.filter = moderngl.NEAREST, moderngl.NEAREST
         self._uniforms = {"cell_side": float(side), "largest_bound": float(bounds.max())}
-        self._of = of
+        self._of, self._volume = of, weakref.ref(baked.volume)  # later pictures may do without bounds of this volume
 
     @property
     def samplers(self) -> dict[str, moderngl.Texture3D]:
@@ -60,7 +63,7 @@ class ValueBounds:
         """Release the texture and forget the volume."""
         if self._texture is not None:
             self._texture.release()
-        self._texture = self._of = None
+        self._texture = self._volume = None
 
 
 def _stored(values: NDArray, baked: ValueTexture) -> NDArray[np.float32]:

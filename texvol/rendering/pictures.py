@@ -105,7 +105,10 @@ class PicturesInMemory:
 
     def count(self, scene: CompleteScene, size: Size, settings: Settings, block: Corners | None = None) -> int:
         """Return the number of slabs that are sampled, in all or in a block."""
-        drawing = replace(self.cache.drawing(scene, size, settings), count=True, block=block)
+        drawing = self.cache.drawing(scene, size, settings)
+        # Light changes no opacity, and so no count.
+        unlit = tuple(replace(drawn, lighting=None, light_transmittance=None) for drawn in drawing.volumes)
+        drawing = replace(drawing, volumes=unlit, depth_cue=None, count=True, block=block)
         draw(self.compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
         return int(self.compositor.picture()[..., 0].sum(dtype=np.float64))
 

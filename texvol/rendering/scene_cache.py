@@ -58,7 +58,9 @@ class SceneCache:
             for alone, cache, shadow in each_with:
                 light = shadow.transmittance if shadow else None
                 cache.prepare(stored_scene(alone), size, settings, light, alone=len(scenes) == 1)
-        projection = projection_of(scenes[0], depth=depth)
+            projection = projection_of(scenes[0], depth=depth)
+            if projection and projection.sign_of_largest and settings.skip_empty:
+                self.volumes[0].prepare_bounds(projection.sign_of_largest)
         drawn = tuple(_drawn(alone, cache, settings, projection, shadow) for alone, cache, shadow in each_with)
         view = View(scenes[0].camera, size, settings.slab_thickness, scene.volume.centre)
         return Drawing(
@@ -122,10 +124,6 @@ def _drawn(
     empty_space = cache.empty_space if settings.skips(alone) else None
     skips = empty_space.skips if empty_space else None
     lit_when_drawn = isinstance(cache.baked, ValueTexture) and not projection
-    bounds = None
-    if projection and projection.sign_of_largest and settings.skip_empty and isinstance(cache.baked, ValueTexture):
-        bounds = cache.bounds
-        bounds.prepare(cache.baked, projection.sign_of_largest)
     return DrawnVolume(
         alone.volume,
         cache.baked,
@@ -135,7 +133,7 @@ def _drawn(
         cache.empty_space.cells_per_box if skips else (1.0, 1.0, 1.0),
         lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
         light_transmittance=shadow.texture if shadow and lit_when_drawn else None,
-        bounds=bounds,
+        bounds=cache.bounds if projection and projection.sign_of_largest and settings.skip_empty else None,
     )
 
 

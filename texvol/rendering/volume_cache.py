@@ -106,6 +106,11 @@ class VolumeCache:
         margin = bricks.margin(scene.volume, scene.camera, size, thickness)
         self.textures.prepare(baked, scene.volume, texels, margin, alone)
 
+    def prepare_bounds(self, sign: float) -> None:
+        """Find the bounds of the values times `sign`, unless they are there, of a volume that is prepared."""
+        assert isinstance(self.baked, ValueTexture), "only values are projected"
+        self.bounds.prepare(self.baked, sign)
+
     def halvings(self, volume: Volume) -> list[int]:
         """Numbers of halvings of the volume along x, y, z before it was drawn."""
         return coarser.halvings(volume, self.baked.volume) if self.baked else [0, 0, 0]

@@ -24,6 +24,7 @@ Slicing = Literal["stacks", "polygons", "wilson"]
 SLICINGS: tuple[Slicing, ...] = get_args(Slicing)
 Numbers = NDArray[np.float64]
 Corner = tuple[float, float]
+_ROWS = 32  # of pixels at a time: few calls, and arrays that stay in a cache
 _COUNTED = 128  # rays along a side that an estimate is made from
 MOST_SLABS = 1 << 20  # float32 counts slabs exactly to 2^24; a million are hours of drawing
 # As many as there may be turns of loops in a fragment (65535 in all in Mesa's software driver), so that hardly a volume
@@ -99,16 +100,26 @@ def slabs_crossed(volume: Volume, camera: Camera, slab_thickness: float, size: t
     """Total number of slabs that the rays of a picture cross in the box, in front of the eye."""
     rays = camera.pixel_rays(size, volume.centre)
     box_from_world = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
-    x = (np.arange(size[0]) - (size[0] - 1) / 2)[:, np.newaxis]
+    of_points, of_velocities = (
+        [box_from_world @ each for each in (first, per_column, per_row)]
+        for first, per_column, per_row in (
+            (rays.point, rays.point_per_column, rays.point_per_row),
+            (rays.velocity, rays.velocity_per_column, rays.velocity_per_row),
+        )
+    )
+    x = np.arange(size[0]) - (size[0] - 1) / 2
     total = 0
-    for y in np.arange(size[1]) - (size[1] - 1) / 2:
-        position = 0.5 + (rays.point + x * rays.point_per_column + y * rays.point_per_row) @ box_from_world.T
-        direction = slab_thickness * (rays.velocity + x * rays.velocity_per_column + y * rays.velocity_per_row)
-        direction = direction @ box_from_world.T
-        direction = np.where(np.abs(direction) < 1e-30, 1e-30, direction)
-        ends = np.stack([-position / direction, (1 - position) / direction])
-        enters = np.maximum(ends.min(axis=0).max(axis=1), -rays.reference_depth / slab_thickness)
-        leaves = ends.max(axis=0).min(axis=1)
+    for first in range(0, size[1], _ROWS):
+        y = (np.arange(first, min(first + _ROWS, size[1])) - (size[1] - 1) / 2)[:, np.newaxis]
+        enters, leaves = np.float64(-rays.reference_depth / slab_thickness), np.float64(np.inf)
+        for axis in range(3):
+            position, direction = (
+                each[0][axis] + x * each[1][axis] + y * each[2][axis] for each in (of_points, of_velocities)
+            )
+            direction *= slab_thickness
+            direction[np.abs(direction) < 1e-30] = 1e-30
+            near, far = (-0.5 - position) / direction, (0.5 - position) / direction
+            enters, leaves = np.maximum(enters, np.minimum(near, far)), np.minimum(leaves, np.maximum(near, far))
         total += int((np.ceil(leaves) - np.floor(enters))[enters < leaves].sum())
     return total
 
