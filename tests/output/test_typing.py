@@ -25,7 +25,8 @@ def main() -> None:
     ramp = texvol.TransferFunction([0, 4], [[0, 0, 1], [1, 0.5, 0]], [0.1, 2])
     light = texvol.Lighting((texvol.Light("point", moved.centre + 50),))
     cut = [texvol.ClipPlane([1, 0, 0], 2), texvol.ClipPlane(moved.direction[0], 2)]
-    texvol.Scene(moved, ramp, camera, np.ones(3), lighting=light, clip=cut, crop=[[0, 5], [0, 4.5], [0, 4]]).save("s.toml")
+    part = texvol.Scene(moved, ramp, camera, np.ones(3), lighting=light, clip=cut, crop=[[0, 5], [0, 4.5], [0, 4]])
+    part.save("part.toml")
     print(texvol.TransferFunction.preset("ct-bone", volume), texvol.open_array(values, volume.spacing).shape)
     scene = texvol.Scene(volume, "magma", lighting="none", background=[1, 1, 1])
     with texvol.Renderer() as renderer:
