@@ -7,8 +7,8 @@ interval [s0, s1], so that cutting is exact for every ray, whatever the slabs.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
