@@ -261,7 +261,7 @@ class Desk:
             self.replaced.open(before)
             self.say(f"opened {document.name}; undo (ctrl-z) returns to {before.name}")
             self.has_replaced = True
-        self.attempt(lambda: recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene)))
+        recent.remember(name, None if name == document.origin.scene_file else document.scene)
 
     def _show(self, document: Document) -> None:
         self.document = document
