@@ -5,10 +5,10 @@ Names are imported when first used, so that a picture starts in a blink.
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from texvol.util.accessor import join_xarray
 from texvol.util.version import __version__
 
 if TYPE_CHECKING:
@@ -149,15 +149,7 @@ __all__ = [
 ]
 
 
-def _join_xarray() -> None:
-    """Give xarray's arrays `.texvol`, once xarray is there; it is not imported for that."""
-    xarray: Any = sys.modules.get("xarray")
-    if hasattr(xarray, "register_dataarray_accessor") and not hasattr(xarray.DataArray, "texvol"):
-        xarray.register_dataarray_accessor("texvol")(import_module("texvol.util.accessor").Accessor)
-
-
 def __getattr__(name: str) -> Any:
-    _join_xarray()
     if name == "geometry":
         return import_module("texvol.geometry")
     if name not in _MODULES:
@@ -169,4 +161,4 @@ def __dir__() -> list[str]:
     return __all__
 
 
-_join_xarray()
+join_xarray()

@@ -158,7 +158,6 @@ def test_xarray_in_parts_stays_in_parts() -> None:
 
 def test_xarray_has_an_accessor() -> None:
     xarray = pytest.importorskip("xarray")
-    _ = texvol.Volume  # xarray may have been imported after texvol
     array = xarray.DataArray(VALUES.astype(np.float32), dims=("z", "y", "x"))
     np.testing.assert_array_equal(array.texvol.volume().values, VALUES)
     assert array.texvol.render(16).shape == (16, 16, 4)
@@ -170,7 +169,6 @@ def test_xarray_has_an_accessor() -> None:
 
 def test_xarray_s_accessor_shows_the_window() -> None:
     xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("anywidget")
-    _ = texvol.Volume
     array = xarray.DataArray(VALUES.astype(np.float32), dims=("z", "y", "x"), name="field")
     widget = array.texvol.show((24, 16), light="none")
     assert (widget.width, widget.height) == (24, 16)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from support.processes import imported_by
 import texvol
 from texvol.__main__ import main
 from texvol.formats.pictures import image
+from texvol.util.package import environment_of_child
 
 AXIS = np.linspace(-1, 1, 20)
 Z, Y, X = np.meshgrid(AXIS, AXIS, AXIS, indexing="ij")
@@ -141,3 +144,16 @@ def test_cards_have_pictures_and_facts() -> None:
 
 def test_xarray_is_not_imported_for_its_accessor(tmp_path: Path) -> None:
     assert "xarray" not in imported_by("import texvol; texvol.Volume", tmp_path)
+
+
+def test_xarray_that_is_imported_after_texvol_has_the_accessor(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    script = """import texvol, importlib.util, sys
+importlib.util.find_spec("xarray")  # others only look
+assert "xarray" not in sys.modules
+import xarray
+print(xarray.DataArray([[[1.0]]], dims=("z", "y", "x")).texvol.volume())"""
+    command = [sys.executable, "-c", script]
+    environment = environment_of_child()
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr) == ("Volume('array', 1 x 1 x 1 float64, spacing 1, 1, 1)\n", "")

@@ -19,7 +19,16 @@ def main() -> None:
     picture = texvol.render(values, 128, tf="viridis", view="front", sampling_rate=2)
     picture.save("a.png")
     print(picture.to_srgb().shape, picture.error, picture.stats["slab_thickness"])
-    scene = texvol.Scene(texvol.Volume(values, (1, 1, 2)), "magma", lighting="none", background=[1, 1, 1])
+    volume = texvol.Volume(values, (1, 1, 2))
+    moved = texvol.Volume(volume.values, volume.spacing, volume.origin + 1, volume.direction)
+    camera = texvol.Camera.perspective([9, 99, 9], target=moved.centre, up=np.array([0, 0, 1]))
+    ramp = texvol.TransferFunction([0, 4], [[0, 0, 1], [1, 0.5, 0]], [0.1, 2])
+    light = texvol.Lighting((texvol.Light("point", moved.centre + 50),))
+    cut = [texvol.ClipPlane([1, 0, 0], 2), texvol.ClipPlane(moved.direction[0], 2)]
+    part = texvol.Scene(moved, ramp, camera, np.ones(3), lighting=light, clip=cut, crop=[[0, 5], [0, 4.5], [0, 4]])
+    part.save("part.toml")
+    print(texvol.TransferFunction.preset("ct-bone", volume), texvol.open_array(values, volume.spacing).shape)
+    scene = texvol.Scene(volume, "magma", lighting="none", background=[1, 1, 1])
     with texvol.Renderer() as renderer:
         for each in renderer.orbit(scene.replace(background=(1, 1, 1)), 4, (64, 64)):
             each.save("b.png")

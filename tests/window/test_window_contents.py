@@ -244,14 +244,14 @@ def test_a_sample_is_opened_without_a_word_and_is_no_recent_file(folder: Path) -
 def test_recent_files_keep_every_volume_and_how_it_was_read(folder: Path) -> None:
     words = "--mask half.npy --add channels.npy --add-channel 1 --add-transform 1,0,0,5,0,1,0,0,0,0,1,0 --add wide.npy"
     first = opened_file("ball.npy", SIZE, contents.of_opened(words))
-    recent.add("ball.npy", recent.how(first.scene))
+    recent.remember("ball.npy", first.scene)
     (found,) = recent.files()
     assert found.text == "ball.npy + channels.npy, channel 1 + wide.npy"
     again = opened_file(found.path, SIZE, found.options)
     assert len(again.scene.added) == 2 and again.scene.mask is not None
     for one, other in zip(first.scene.volumes, again.scene.volumes, strict=True):
         assert np.array_equal(one.values, other.values) and np.array_equal(one.origin, other.origin)
-    recent.add("ball.npy", recent.how(again.scene))
+    recent.remember("ball.npy", again.scene)
     assert len(recent.files()) == 1, "it is the same again"
     for text in ('[{"path": "ball.npy", "add": [{"no": 1}]}]', '[{"path": "ball.npy", "add": 3}]'):
         recent.state_file().write_text(text)

@@ -193,6 +193,12 @@ def test_recent_files_are_read_as_they_were(tmp_path: Path, monkeypatch: pytest.
     assert recent.files() == [found, other], "the same again is the same entry"
 
 
+def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    recent.remember("volume", Scene(Volume(np.zeros((2, 2, 2)))))
+    assert recent.files() == []
+
+
 def test_channels_of_one_file_are_told_apart() -> None:
     name = "/somewhere/xyzc_16bit__dna_conf_wf.tif"
     one, two = (Volume(np.zeros((2, 2, 2)), name=name, source={"path": name, "channel": n}) for n in (0, 1))

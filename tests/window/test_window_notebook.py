@@ -70,7 +70,7 @@ def test_a_cell_shows_the_window_and_holds_its_last_picture_for_pages_without_wi
     # In a live notebook the first is shown, and its page hides the second.
     assert widget_output["data"].keys() == {"application/vnd.jupyter.widget-view+json", "text/plain"}
     assert picture_output["data"].keys() == {"image/png", "text/plain"}
-    assert picture_output["metadata"] == {"image/png": {"width": 120}}
+    assert picture_output["metadata"] == {"image/png": {"width": 120}, "texvol": cell.widget.output}
     before = cell.saved()
     assert before.shape == (80, 120, 3)
     cell.cells.hear({"view": True})

@@ -1,4 +1,4 @@
-"""The page of a widget in a notebook: keys, wheel and menu that are the notebook's, and the picture below the widget."""
+"""The page of a widget in a notebook: keys, wheel and menu that are the notebook's, and the picture below it."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ _PAGE = """<!doctype html><style>body { height: 4000px; margin: 0 }</style>
 <input id="else"><script type="module">SCRIPT
 window.sent = []; window.heard = {}; window.left = []; window.menus = 0;
 const values = {width: 200, height: 100, picture: new DataView(new ArrayBuffer(0)), title: "window", output: "mine"};
-const output = name => ({metadata: {texvol: name}, data: {"image/png": "before"}, toJSON() { return {data: this.data, metadata: this.metadata}; }});
-window.outputs = [output("other"), output("mine")];
+const output = (name, data) => ({metadata: {texvol: name}, data, toJSON: () => ({metadata: {texvol: name}, data})});
+window.outputs = ["other", "mine"].map(name => output(name, {"image/png": "before"}));
 const list = {get length() { return outputs.length; }, get: i => outputs[i], set: (i, to) => { outputs[i] = to; }};
 const model = {
   get: name => values[name], send: content => sent.push(content), off: () => {}, on: (name, f) => { heard[name] = f; },
@@ -57,7 +57,12 @@ def events(page: Page, *kinds: str) -> list[dict[str, Any]]:
 
 
 def press(page: Page, key: str, modifiers: int = 0) -> None:
-    told = {"key": key, "modifiers": modifiers, "windowsVirtualKeyCode": ord(key.upper()[0]), "code": f"Key{key.upper()}"}
+    told = {
+        "key": key,
+        "modifiers": modifiers,
+        "windowsVirtualKeyCode": ord(key.upper()[0]),
+        "code": f"Key{key.upper()}",
+    }
     for kind in ("rawKeyDown", "keyUp"):
         page.call("Input.dispatchKeyEvent", type=kind, **told)
 

@@ -309,7 +309,7 @@ def test_channels_are_no_more_when_they_are_opened_again(folder: Path) -> None:
     desk = desk_with("cell.ome.tif")
     document = done(desk, "remove 3", "save kept.toml")
     assert names(opened_file("kept.toml", SIZE)) == ["cell.ome.tif"] * 3
-    recent.add("cell.ome.tif", recent.how(document.scene))
+    recent.remember("cell.ome.tif", document.scene)
     found = recent.files()[0]
     again = opened_file(found.path, SIZE, found.options)
     assert [each.channel.number for each in again.scene.volumes] == [0, 1, 3]  # type: ignore[union-attr]

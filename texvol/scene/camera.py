@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from pyrr import matrix44
 
 from texvol.scene.volume import Volume
@@ -23,6 +23,7 @@ from texvol.util.late import ShownInNotebooks
 
 Projection = Literal["orthographic", "perspective"]
 Vector = NDArray[np.float64]
+Triple = tuple[float, float, float]
 
 DEFAULT_FOV = 40.0
 FRAMING_MARGIN = 1.05  # a twentieth of air around a framed box
@@ -52,9 +53,9 @@ class Camera(ShownInNotebooks):
     """An eye, what it looks at, and how it projects; made by `perspective`, `orthographic` or `framing`."""
 
     projection: Projection
-    eye: tuple[float, float, float]
-    target: tuple[float, float, float]
-    up: tuple[float, float, float]
+    eye: Triple
+    target: Triple
+    up: Triple
     fov: float = DEFAULT_FOV  # degrees from bottom to top, perspective
     height: float = 1.0  # world units from bottom to top, orthographic
 
@@ -83,16 +84,14 @@ class Camera(ShownInNotebooks):
         return f"Camera.{self.projection}({places}, {extent})"
 
     @classmethod
-    def perspective(
-        cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], fov: float = DEFAULT_FOV
-    ) -> Camera:
+    def perspective(cls, eye: ArrayLike, target: ArrayLike, up: ArrayLike, fov: float = DEFAULT_FOV) -> Camera:
         """Camera whose rays start at `eye` (world units); `fov` is the angle from bottom to top, in degrees."""
-        return cls("perspective", tuple(eye), tuple(target), tuple(up), fov=fov)  # type: ignore[arg-type]
+        return cls("perspective", *_places(eye, target, up), fov=fov)
 
     @classmethod
-    def orthographic(cls, eye: Sequence[float], target: Sequence[float], up: Sequence[float], height: float) -> Camera:
+    def orthographic(cls, eye: ArrayLike, target: ArrayLike, up: ArrayLike, height: float) -> Camera:
         """Camera of parallel rays; `height` is what the picture shows from bottom to top, in world units."""
-        return cls("orthographic", tuple(eye), tuple(target), tuple(up), height=height)  # type: ignore[arg-type]
+        return cls("orthographic", *_places(eye, target, up), height=height)
 
     @classmethod
     def framing(
@@ -100,9 +99,9 @@ class Camera(ShownInNotebooks):
         volume: Volume,
         projection: Projection = "orthographic",
         *,
-        eye: Sequence[float] | None = None,
-        target: Sequence[float] | None = None,
-        up: Sequence[float] | None = None,
+        eye: ArrayLike | None = None,
+        target: ArrayLike | None = None,
+        up: ArrayLike | None = None,
         fov: float | None = None,
         height: float | None = None,
         aspect: float = 1.0,
@@ -111,9 +110,9 @@ class Camera(ShownInNotebooks):
         fov = DEFAULT_FOV if fov is None else fov
         aim = volume.centre if target is None else np.array(_finite_triple(target, "target"))
         position = aim - _default_view(volume) if eye is None else np.array(_finite_triple(eye, "eye"))
-        upward = _default_up(aim - position) if up is None else tuple(up)
+        upward = _default_up(aim - position) if up is None else up
         height_so_far = 1.0 if height is None else height
-        camera = cls(projection, tuple(position), tuple(aim), upward, fov=fov, height=height_so_far)  # type: ignore[arg-type]
+        camera = cls(projection, *_places(position, aim, upward), fov=fov, height=height_so_far)
         if projection == "orthographic" and height is None:
             across, above, _ = np.abs(camera.in_eye_space(volume.corners_from_centre, volume.centre)).T
             reach = max(float(above.max()), float(across.max()) / aspect)
@@ -215,13 +214,17 @@ def _default_view(volume: Volume) -> Vector:
     return volume.radius * np.array([-0.5, -anterior, -0.35])
 
 
-def _default_up(view: Vector) -> tuple[float, float, float]:
+def _default_up(view: Vector) -> Triple:
     """+z, or +y where the view goes along z."""
     along_z = np.linalg.norm(np.cross(view, (0, 0, 1))) < 1e-3 * np.linalg.norm(view)
     return (0.0, 1.0, 0.0) if along_z else (0.0, 0.0, 1.0)
 
 
-def _finite_triple(numbers: Sequence[float], name: str) -> tuple[float, float, float]:
+def _places(eye: ArrayLike, target: ArrayLike, up: ArrayLike) -> tuple[Triple, Triple, Triple]:
+    return _finite_triple(eye, "eye"), _finite_triple(target, "target"), _finite_triple(up, "up")
+
+
+def _finite_triple(numbers: Any, name: str) -> Triple:
     try:
         triple = tuple(float(number) for number in numbers)
     except (TypeError, ValueError):

@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -32,6 +33,10 @@ class ClipPlane:
     normal: tuple[float, float, float]
     offset: float
 
+    if TYPE_CHECKING:  # what may be given, beside what is kept
+
+        def __init__(self, normal: ArrayLike, offset: float) -> None: ...
+
     def __post_init__(self) -> None:
         normal = np.asarray(self.normal, np.float64)
         if normal.shape != (3,) or not np.isfinite(normal).all():
@@ -43,7 +48,7 @@ class ClipPlane:
         object.__setattr__(self, "normal", tuple(normal.tolist()))
 
 
-def checked_crop(crop: Sequence[Sequence[float]]) -> tuple[Range, Range, Range]:
+def checked_crop(crop: Sequence[Sequence[float]] | NDArray[Any]) -> tuple[Range, Range, Range]:
     """Return ((x0, x1), (y0, y1), (z0, z1)), whose ends may be infinite; InputError if a range is empty."""
     try:
         ranges = np.asarray(crop, np.float64)

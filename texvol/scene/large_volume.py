@@ -126,8 +126,8 @@ class LargeVolume(Volume):
     def __init__(
         self,
         levels: Sequence[Level],
-        spacing: Sequence[float] = (1.0, 1.0, 1.0),
-        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        spacing: ArrayLike = (1.0, 1.0, 1.0),
+        origin: ArrayLike = (0.0, 0.0, 0.0),
         direction: ArrayLike | None = None,
         *,
         memory: int | None = None,

@@ -25,10 +25,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
@@ -76,6 +76,13 @@ class Light:
     vector: Triple | None = None
     color: Triple = (1.0, 1.0, 1.0)
     fall_off: float | None = None
+
+    if TYPE_CHECKING:  # what may be given, beside what is kept
+
+        def __init__(
+            self, kind: LightKind = "head", vector: ArrayLike | None = None, color: ArrayLike = (1.0, 1.0, 1.0),
+            fall_off: float | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         if self.kind not in LIGHT_KINDS:

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.added_volume import AddedVolume, common_box
 from texvol.scene.air import Air
@@ -133,7 +134,7 @@ class Scene(ShownInNotebooks):
             volume: Volume,
             transfer_function: TransferFunction | Look | str | None = None,
             camera: Camera | None = None,
-            background: Sequence[float] = (0.0, 0.0, 0.0),
+            background: ArrayLike = (0.0, 0.0, 0.0),
             classification: Classification = "auto",
             lighting: Lighting | str | None = None,
             gradient: Estimator = CENTRAL,
@@ -141,7 +142,7 @@ class Scene(ShownInNotebooks):
             mode: Mode = "composite",
             isovalue: float | None = None,
             clip: Sequence[ClipPlane] = (),
-            crop: Sequence[Sequence[float]] | None = None,
+            crop: Sequence[Sequence[float]] | NDArray[Any] | None = None,
             caps: bool = False,
             geometry: Sequence[Mesh | Lines] = (),
             mask: Mask | None = None,

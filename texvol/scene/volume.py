@@ -94,8 +94,8 @@ class Volume(KeepsArrays, Interchanged):
     def __init__(
         self,
         values: ArrayLike,
-        spacing: Sequence[float] = (1.0, 1.0, 1.0),
-        origin: Sequence[float] = (0.0, 0.0, 0.0),
+        spacing: ArrayLike = (1.0, 1.0, 1.0),
+        origin: ArrayLike = (0.0, 0.0, 0.0),
         direction: ArrayLike | None = None,
         *,
         unit: str = "",
@@ -124,7 +124,7 @@ class Volume(KeepsArrays, Interchanged):
         # Of a file nobody else has the samples.
         self._unchanged = Unchanged(*() if source else ((self.values, values), (self.colors, colors)))
 
-    def _place(self, spacing: Sequence[float], origin: Sequence[float], direction: ArrayLike | None) -> None:
+    def _place(self, spacing: ArrayLike, origin: ArrayLike, direction: ArrayLike | None) -> None:
         self.spacing = _positive(_triple(spacing, "spacing", self.name), self.name)
         self.origin = _triple(origin, "origin", self.name)
         self.direction = _regular_matrix(np.eye(3) if direction is None else direction, self.name)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterable
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from texvol.util import reach
-from texvol.util.errors import InputError, TexvolError
+from texvol.util.errors import TexvolError
 from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.clipboard import Clipboard
@@ -270,8 +269,7 @@ class Desk:
             self.replaced.open(before)
             self.say(f"opened {document.name}; undo (ctrl-z) returns to {before.name}")
             self.has_replaced = True
-        with suppress(InputError):  # a scene that was not read from files is none of the recent files
-            recent.add(name, {} if name == document.origin.scene_file else recent.how(document.scene))
+        recent.remember(name, None if name == document.origin.scene_file else document.scene)
 
     def _show(self, document: Document) -> None:
         self.document = document

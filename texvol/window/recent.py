@@ -72,7 +72,7 @@ class Recent:
         return found
 
 
-def how(scene: Scene) -> dict[str, Any]:
+def _how(scene: Scene) -> dict[str, Any]:
     """Return the options that read and place a scene's volumes again, except the first volume's path."""
     first, *others = (volume_table(scene, number) for number in range(len(scene.volumes)))
     del first["file"]
@@ -100,6 +100,12 @@ def folders() -> list[Path]:
     found = [os.path.dirname(each.path) for each in files() if not is_remote(each.path)]
     known = [*reach.folders(), os.path.abspath("."), *found, str(Path.home())]
     return [Path(folder) for folder in dict.fromkeys(known) if reach.holds(folder) and os.path.isdir(folder)]
+
+
+def remember(path: str, scene: Scene | None) -> None:
+    """Add a file that was opened; a scene of arrays is left out, as no file holds it. None: the file is a scene's."""
+    with suppress(InputError):
+        add(path, {} if scene is None else _how(scene))
 
 
 def add(path: str, options: Mapping[str, Any]) -> None:

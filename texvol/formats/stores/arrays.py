@@ -71,8 +71,8 @@ class ArraySource(ChunkedSource):
 
 def open_array(
     array: Any,
-    spacing: Sequence[float] | None = None,
-    origin: Sequence[float] | None = None,
+    spacing: ArrayLike | None = None,
+    origin: ArrayLike | None = None,
     direction: ArrayLike | None = None,
     *,
     chunk_shape: Sequence[int] | None = None,

@@ -20,7 +20,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -89,6 +89,16 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
     materials: tuple[str, ...] = ()
     material_colors: tuple[tuple[float, float, float], ...] = ()
 
+    if TYPE_CHECKING:  # what may be given, beside what is kept
+
+        def __init__(
+            self, values: ArrayLike, colors: Sequence[Sequence[float]] | NDArray[Any], extinctions: ArrayLike,
+            emissive: bool = False, name: str = "transfer function", premultiplied: bool = False,
+            modulation: Sequence[Sequence[float]] | NDArray[Any] | None = None, graded: Sequence[Graded] = (),
+            contours: Sequence[Contour] = (), materials: Sequence[str] = (),
+            material_colors: Sequence[Sequence[float]] = (),
+        ) -> None: ...  # fmt: skip
+
     def __post_init__(self) -> None:
         for field in ("values", "colors", "extinctions"):
             object.__setattr__(self, field, read_only(np.array(getattr(self, field), dtype=np.float64)))
@@ -139,12 +149,9 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
 
     @classmethod
     def load(
-        cls,
-        path: str | os.PathLike[str],
-        volume: Volume | None = None,
-        materials: Sequence[str] | None = None,
+        cls, path: str | os.PathLike[str], volume: Volume | None = None, materials: Sequence[str] | None = None,
         unit_distance: float | None = None,
-    ) -> TransferFunction:
+    ) -> TransferFunction:  # fmt: skip
         """Read a JSON or TOML file, or that of another program.
 
         Parameters
@@ -169,12 +176,9 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
 
     @classmethod
     def loads(
-        cls,
-        text: str,
-        name: str = "transfer function",
-        volume: Volume | None = None,
+        cls, text: str, name: str = "transfer function", volume: Volume | None = None,
         materials: Sequence[str] | None = None,
-    ) -> TransferFunction:
+    ) -> TransferFunction:  # fmt: skip
         """Read a JSON text; see `load`."""
         return cls.from_content(text_files.parsed_json(text, name), name, volume, materials)
 
