@@ -14,6 +14,9 @@ from support.windows import ball, display, eight_bits, script, timings, viewed  
 from texvol.window.desk import NARROW, Preferences
 from texvol.window.slices import tiled
 
+lengths = st.floats(0.1, 10)
+rooms = st.floats(50, 2000)
+
 
 def test_panels_are_hidden_once_where_a_page_is_narrow() -> None:
     shown = Preferences()
@@ -27,10 +30,6 @@ def test_panels_are_hidden_once_where_a_page_is_narrow() -> None:
     shown.suit(NARROW)
     shown.suit(NARROW - 1)
     assert not shown.panels
-
-
-lengths = st.floats(0.1, 10)
-rooms = st.floats(50, 2000)
 
 
 @given(st.lists(st.tuples(lengths, lengths), min_size=1, max_size=3), rooms, rooms)
