@@ -11,6 +11,8 @@ from typing import Any
 import pytest
 from support.windows import PATIENCE, ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
+from texvol.util import reach
+from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.events import Event
 from texvol.window.listing import HERE, Entry, Listing, Order, completed, size_text
@@ -261,3 +263,24 @@ def test_a_file_is_found_by_mouse_and_by_keyboard_and_the_picture_hears_nothing(
     assert before.replace("before", "meanwhile") == meanwhile
     assert f"volume = {json.dumps('aside/ball.npy')}" in found
     assert f"volume = {json.dumps('ball.npy')}" in typed_path
+
+
+def test_folders_out_of_reach_are_not_listed_and_their_files_not_looked_for(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "secret.npy").write_bytes(b"")
+    reach.limit([str(tmp_path / "in")])
+    try:
+        looking, taken = browser(tmp_path / "in")
+        for typed in ("../secret.npy", "../nothing.npy", "..", "/etc/passwd"):
+            looking.listing.fault = ""
+            looking.enter(typed)
+            assert "is outside" in looking.listing.fault, "of a file that is there, and of one that is not"
+            assert looking.folder == tmp_path / "in"
+        listing = Listing(tmp_path)
+        listing.read()
+        assert listing.entries == [] and "is outside" in listing.fault
+        assert recent.folders()[0] == tmp_path / "in"
+        assert all(each.is_relative_to(tmp_path / "in") for each in recent.folders())
+        assert not taken
+    finally:
+        reach.limit(None)

@@ -11,10 +11,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 from support.windows import ball, display, eight_bits, script, timings, viewed  # noqa: F401 (display is a fixture)
 
+from texvol.window.desk import NARROW, Preferences
 from texvol.window.slices import tiled
 
 lengths = st.floats(0.1, 10)
 rooms = st.floats(50, 2000)
+
+
+def test_panels_are_hidden_once_where_a_page_is_narrow() -> None:
+    shown = Preferences()
+    shown.suit(NARROW)
+    assert shown.panels
+    shown.suit(NARROW - 1)
+    assert not shown.panels
+    shown.panels = True  # by the key
+    shown.suit(NARROW - 2)
+    assert shown.panels, "the user has asked for them"
+    shown.suit(NARROW)
+    shown.suit(NARROW - 1)
+    assert not shown.panels
 
 
 @given(st.lists(st.tuples(lengths, lengths), min_size=1, max_size=3), rooms, rooms)

@@ -11,10 +11,13 @@ import pytest
 from PIL import Image
 from support.windows import PATIENCE
 
+from texvol.scene.demo import demo_scene
 from texvol.util.errors import InputError
 from texvol.window.events import Event
+from texvol.window.navigation import View
 from texvol.window.remote.exchange import MOST_EVENTS, MOST_PIXELS, Exchange
 from texvol.window.remote.viewer import Viewer
+from texvol.window.steering import Steering, Viewport
 
 
 def frame(gray: int, size: tuple[int, int] = (3, 2)) -> dict[str, Any]:
@@ -106,6 +109,18 @@ def test_a_message_that_is_not_valid_is_refused_and_changes_nothing(message: str
         viewer.receive(message)
     assert exchange.wait(0) == []
     assert exchange.wanted is None
+
+
+@pytest.mark.parametrize("modifiers", [[], ["ctrl"], ["shift"]])
+def test_a_wheel_that_turns_a_million_times_ends_no_window(modifiers: list[str]) -> None:
+    exchange = Exchange()
+    Viewer(exchange).receive(
+        json.dumps({"events": [{"kind": "scroll", "y": y, "modifiers": modifiers} for y in (-9e5, 9e5) * 20]})
+    )
+    steering, view, viewport = Steering(), View.of(demo_scene().completed((64, 64)).camera), Viewport(0, 0, 64, 64)
+    for event in [Event("move", 32, 32), *exchange.wait(0)]:
+        view = steering.handle([event], view, demo_scene().box, viewport, 0.0).view
+    assert np.isfinite(view.camera.eye).all()
 
 
 def test_more_events_than_a_hand_makes_are_refused() -> None:

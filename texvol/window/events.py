@@ -6,7 +6,7 @@ Positions are in window coordinates, from the upper left corner. Keys and mouse 
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 
 from texvol.util.errors import InputError
@@ -14,6 +14,7 @@ from texvol.util.errors import InputError
 Kind = Literal["move", "button", "scroll", "key", "text", "drop", "focus", "resize", "iconify", "close"]
 KINDS: tuple[str, ...] = get_args(Kind)
 BUTTONS = ("left", "right", "middle")
+MOST_NOTCHES = 10.0  # of the wheel in one event
 MODIFIERS = ("shift", "ctrl", "alt")
 # Names of GLFW.
 KEYS = frozenset(
@@ -80,15 +81,21 @@ class Event:
 
     @classmethod
     def from_json(cls, content: dict[str, Any]) -> Event:
-        """Return the event that `as_json` described; raise InputError if the content is not valid."""
+        """Return the event that `as_json` described; raise InputError if the content is not valid.
+
+        A turn of the wheel is at most MOST_NOTCHES: the view changes exponentially with it.
+        """
         if unknown := content.keys() - _CONVERT.keys():
             raise InputError(f"event keys must be of {', '.join(_CONVERT)}, got {min(unknown)!r} in {content!r}")
         try:
-            return cls(**{key: _CONVERT[key](value) for key, value in content.items()})
+            event = cls(**{key: _CONVERT[key](value) for key, value in content.items()})
         except (OverflowError, TypeError, ValueError) as error:
             if isinstance(error, InputError):
                 raise
             raise InputError(f"event {content!r} is not valid: {error}") from None
+        if event.kind != "scroll":
+            return event
+        return replace(event, **{axis: min(max(getattr(event, axis), -MOST_NOTCHES), MOST_NOTCHES) for axis in "xy"})
 
 
 def is_unicode(text: str) -> bool:
