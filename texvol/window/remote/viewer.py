@@ -97,7 +97,7 @@ class Viewer:
     def _forget(self) -> None:
         """Send the newest frame again, as if none had been sent."""
         with self._exchange.changed:
-            self._version, self._is_sharp, self._sent, self._drawn = -1, False, Frame(), self._number
+            self._version, self._is_sharp, self._sent, self._flow = -1, False, Frame(), Flow()
             self._exchange.changed.notify_all()
 
     def next(self) -> bytes | None:
