@@ -1,6 +1,6 @@
 """Frames per second and latency of a window in a browser, through a link with a delay and a rate.
 
-    python scripts/benchmark_served.py [VOLUME …options of texvol view] [--seconds 4]
+    python scripts/benchmark_served.py VOLUME […options of texvol view] [--seconds 4]
 
 Headless Chromium shows the window at 800×600 and drags the volume by real mouse events, through a proxy that sends each
 byte on after a delay and at a rate: it turns for frames per second, and moves for the latency. The latency is the time
@@ -123,7 +123,9 @@ def main() -> None:
     """Print a line for each link."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--seconds", type=float, default=4.0)
+    parser.add_argument("volume", help="file of the volume; options of texvol view may follow")
     arguments, words = parser.parse_known_args()
+    words.insert(0, arguments.volume)
     words = [str(Path(each).resolve()) if Path(each).exists() else each for each in words]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -27,9 +27,12 @@ def imported_by(code: str, folder: Path) -> set[str]:
 
 
 def open_files() -> set[tuple[str, str]]:
-    """Numbers of the open files of this process, and what they are."""
+    """Return the numbers of the open files of this process, and what they are.
+
+    The kernel's own tables do not count: threads that watch a cluster of workers open and close them at any time.
+    """
     found = set()
     for number in os.listdir("/proc/self/fd"):
         with suppress(OSError):  # that of the list itself
             found.add((number, os.readlink(f"/proc/self/fd/{number}")))
-    return found
+    return {(number, name) for number, name in found if not name.startswith("/proc/")}
