@@ -39,7 +39,7 @@ def compile_lit() -> None:
 
 def compile_plain() -> None:
     """One volume without light, numbers instead of colours, and surfaces in a scene."""
-    for kind in (np.uint8, np.int16, np.float32, np.float64):
+    for kind in (np.uint8, np.int16, np.uint16, np.float32, np.float64):
         raycast(scene(kind), SIZE)
         raycast(replace(scene(kind), mode="mip"), SIZE)
     surfaces = Mesh(CORNERS, [(0, 1, 2)]), Lines(CORNERS, [range(3)])

@@ -14,11 +14,15 @@ from texvol.ray_casting.common.bernstein import EPSILON
 from texvol.scene.camera import Camera
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.util.kept_arrays import read_only
 
 Numbers = NDArray[np.float64]
 Choose = Callable[[Numbers], Numbers]  # from an array of all pixels, the rows of the requested pixels
 PIXELS_AT_ONCE = 1024  # that one thread traces at a time; Ctrl-C waits for no more than these
 _PARTS_OF_EACH = 4  # core, at least, of a picture of few pixels
+# What holds the values of a type as exactly as the kernels do, which compute in double precision.
+_WIDE = dict.fromkeys(("int32", "uint32", "int64", "uint64"), "float64")
+_COMPUTED_IN = {"int8": "int16", "float16": "float32"} | _WIDE
 
 
 class Rays(NamedTuple):
@@ -35,6 +39,13 @@ class Rays(NamedTuple):
 
 
 Trace = Callable[[Rays, Numbers], None]  # adds light and, in the last channel, optical depth to a picture of zeros
+
+
+def values_of(volume: Volume) -> NDArray:
+    """Return the values, shape (z, y, x), in one of five types: kernels are compiled for each, which takes seconds."""
+    values = volume.values
+    computed_in = _COMPUTED_IN.get(values.dtype.name)
+    return values if computed_in is None else read_only(values.astype(computed_in))
 
 
 def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> Rays:

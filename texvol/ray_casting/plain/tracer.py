@@ -36,10 +36,9 @@ from texvol.ray_casting.common.medium import (
     points_around,
     segment_of,
 )
-from texvol.ray_casting.common.rays import Numbers, Rays, Trace
+from texvol.ray_casting.common.rays import Numbers, Rays, Trace, values_of
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.scene.scene import CompleteScene
-from texvol.util.kept_arrays import read_only
 
 
 @compiled
@@ -191,9 +190,8 @@ trace_rays = _tracer(sources())
 
 def tracer(scene: CompleteScene, rounding: Numbers) -> Trace:
     """Return the function that traces rays of a scene; `rounding` is that of the rays, see `position_rounding`."""
-    medium, values = medium_of(scene.medium), scene.volume.values
+    medium, values = medium_of(scene.medium), values_of(scene.volume)
     preclassified = scene.classification in ("slab", "extinction")
-    values = read_only(values.astype(np.float32)) if values.dtype == np.float16 else values
 
     def trace(rays: Rays, picture: Numbers) -> None:
         corners, channels = np.empty(8), np.empty((4, 8))

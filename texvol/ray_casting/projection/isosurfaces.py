@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from texvol.ray_casting.common.bernstein import crossing, trilinear, turning_points, value_and_slope
 from texvol.ray_casting.common.cells import in_cell, load_corners
 from texvol.ray_casting.common.compiling import compiled, compiled_and_cached, sources, uncounted, woven_in
-from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding
+from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, values_of
 from texvol.ray_casting.common.walk import walk_grid
-from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays, values_of
+from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays
 from texvol.ray_casting.projection.tracer import gap_value
 from texvol.scene.display import isosurface_looks
 from texvol.scene.scene import CompleteScene
@@ -82,7 +82,7 @@ def _composited(scene: CompleteScene, rays: Rays, layers: list[tuple[Numbers, Nu
 
 def _hits(scene: CompleteScene, rays: Rays, tell: Callable[[float], None]) -> tuple[Numbers, NDArray[np.intp]]:
     """Return s, infinite behind the last, and number of the value of all hits, (height, width, n), front to back."""
-    values, levels = values_of(scene), np.array(scene.isovalues)
+    values, levels = values_of(scene.volume), np.array(scene.isovalues)
     rounding = position_rounding(scene.volume, scene.camera.eye)
     counts = np.zeros(rays.eye.shape, np.int64)
     room = _FIRST_ROOM

@@ -17,9 +17,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding
+from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, values_of
 from texvol.ray_casting.projection.isosurfaces import first_depth, surfaces_picture
-from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays, values_of
+from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays
 from texvol.ray_casting.projection.tracer import ABOVE, HIGHEST, INTEGRAL, SURFACE, project_rays
 from texvol.scene.air import attenuation_of
 from texvol.scene.display import isosurface_color
@@ -104,7 +104,7 @@ def _traced(
         raise InputError(f"mode must be one of {', '.join(_KINDS)} for a projection, got {scene.mode}")
     kind, sign = _KINDS[scene.mode]
     volume = scene.volume
-    values, rays = values_of(scene), seen_rays(scene, size, choose)
+    values, rays = values_of(scene.volume), seen_rays(scene, size, choose)
     rounding = position_rounding(volume, scene.camera.eye)
     level = 0.0 if scene.isovalue is None else float(scene.isovalue)
     if (attenuation := attenuation_of(scene.air)) is not None:

@@ -9,7 +9,6 @@ from texvol.ray_casting.common.rays import Choose, Numbers, Rays, ends_at, middl
 from texvol.ray_casting.common.surface_lighting import cued, gradients_at, reflected
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
-from texvol.util.kept_arrays import read_only
 
 
 def seen_rays(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Rays:
@@ -18,12 +17,6 @@ def seen_rays(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Ra
     if scene.depth is None:
         return rays
     return ends_at(rays, s_of_depth(scene.camera, rays, choose(scene.depth.at_size(size))))
-
-
-def values_of(scene: CompleteScene) -> NDArray:
-    """Return the values of the volume in a type that numba has."""
-    values = scene.volume.values
-    return read_only(values.astype(np.float32)) if values.dtype == np.float16 else values
 
 
 def depth_of(scene: CompleteScene, rays: Rays, s: Numbers) -> Numbers:
