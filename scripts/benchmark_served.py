@@ -53,11 +53,29 @@ class Link:
         self._loop = asyncio.new_event_loop()
         self._server = self._loop.run_until_complete(asyncio.start_server(self._connect, "127.0.0.1", 0))
         self.port = self._server.sockets[0].getsockname()[1]
-        threading.Thread(target=self._loop.run_forever, daemon=True).start()
+        self._runner = threading.Thread(target=self._loop.run_forever, daemon=True)
+        self._runner.start()
+
+    def close(self) -> None:
+        """End the connections."""
+
+        async def end() -> None:
+            self._server.close()
+            tasks = asyncio.all_tasks() - {asyncio.current_task()}
+            for task in tasks:
+                task.cancel()
+            await asyncio.gather(*tasks, return_exceptions=True)
+
+        asyncio.run_coroutine_threadsafe(end(), self._loop).result()
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        self._runner.join()
+        self._loop.close()
 
     async def _connect(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         theirs = await asyncio.open_connection("127.0.0.1", self._target, limit=_PIECE)
-        await asyncio.gather(self._carry(reader, theirs[1]), self._carry(theirs[0], writer), return_exceptions=True)
+        carried = self._carry(reader, theirs[1]), self._carry(theirs[0], writer)
+        with contextlib.suppress(asyncio.CancelledError):  # by close
+            await asyncio.gather(*carried, return_exceptions=True)
 
     async def _carry(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         """Read as the rate allows, and write each piece once its delay is over."""
@@ -143,7 +161,7 @@ def main() -> None:
                     moved, places = dragged(page, arguments.seconds, "middle", 4)
                     ms = 1000 * latency(moved, places)
                 print(f"{called:>16} {len(turned) / arguments.seconds:9.1f} {ms:12.0f} {size:9.0f}", flush=True)
-                time.sleep(0.5)
+                link.close()
         browser.close()
 
 

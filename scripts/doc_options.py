@@ -86,7 +86,12 @@ def positional(parser: argparse.ArgumentParser) -> Iterator[str]:
     """Names of the arguments without hyphens."""
     for action in parser._actions:
         if not action.option_strings:
-            yield f"[{action.metavar}]" if action.nargs == "?" else str(action.metavar)
+            yield f"[{shown(action)}]" if action.nargs == "?" else shown(action)
+
+
+def shown(action: argparse.Action) -> str:
+    """The name of an argument or of an option's value, or its words."""
+    return str(action.metavar or "|".join(action.choices or ()))
 
 
 def section(group: Group, parser: argparse.ArgumentParser) -> str:
@@ -108,9 +113,9 @@ def rows(group: Group, parser: argparse.ArgumentParser) -> list[str]:
 def row(action: argparse.Action, parser: argparse.ArgumentParser) -> str:
     """Name, argument and meaning of an option."""
     expanded = parser._get_formatter()._expand_help(action) if action.help else ""
-    shown = (action.metavar or "|".join(action.choices or ())).replace("|", "\\|")
-    argument = f" {shown}" if action.nargs != 0 and action.option_strings and shown else ""
-    names = [*action.option_strings] or [str(action.metavar)]
+    argument = shown(action).replace("|", "\\|")
+    names = [*action.option_strings] or [argument]
+    argument = f" {argument}" if action.nargs != 0 and action.option_strings and argument else ""
     names[-1] += argument
     return f"| {listed(names)} | {escaped(expanded)} |"
 

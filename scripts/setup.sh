@@ -58,10 +58,10 @@ if ! new_enough "$python"; then
     fi
 fi
 
-# 2. Beside it, and at the same time, what tests of pages, of the window and of OpenVDB's reader need.
+# 2. Beside it, and at the same time, what tests of pages, of the window, of OpenVDB's reader and of completion need.
 # Debian's and Ubuntu's only, each asked for once.
 
-kinds="chromium xvfb openvdb"
+kinds="chromium xvfb openvdb shells"
 may_install() { [ "$manager" = apt-get ] && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
 # GLFW opens libGL by name, and nothing else here needs it.
 find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
@@ -71,6 +71,7 @@ has() {
         chromium) command -v chromium || command -v chromium-browser || command -v google-chrome ;;
         xvfb) command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ] ;;
         openvdb) /usr/bin/python3 -c 'import pyopenvdb' 2>&1 ;;
+        shells) command -v zsh && command -v fish ;;
     esac >/dev/null
 }
 packages() {
@@ -78,6 +79,7 @@ packages() {
         chromium) echo chromium ;;
         xvfb) echo xvfb xdotool xclip libgl1 libgl1-mesa-dri ;;
         openvdb) echo python3-openvdb ;;
+        shells) echo zsh fish ;;
     esac
 }
 named() {
@@ -85,6 +87,7 @@ named() {
         chromium) echo Chromium ;;
         xvfb) echo "Xvfb with xdotool and xclip" ;;
         openvdb) echo "module of OpenVDB for the system's Python" ;;
+        shells) echo "zsh with fish" ;;
     esac
 }
 
@@ -163,7 +166,7 @@ if [ "$wanted_too" = osmesa ]; then
     fi
 fi
 
-# 5. What tests of pages, of the window and of OpenVDB's reader need beside: without it they are skipped.
+# 5. What tests of pages, of the window, of OpenVDB's reader and of completion need beside: without it they are skipped.
 
 if [ "$extra" = test ]; then
     for each in $kinds; do

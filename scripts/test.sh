@@ -4,6 +4,9 @@ set -eu
 CDPATH='' cd -- "$(dirname -- "$0")/.."
 sh scripts/setup.sh test osmesa
 .venv/bin/python -m ruff check --quiet
+# Matrix products of the tests are small: threads for them only wait for each other.
+OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
+export OPENBLAS_NUM_THREADS
 # All tests together use every kernel of the oracle: compiled beside the check of types, none is compiled in each process.
 compiling=
 if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py & compiling=$!; fi

@@ -190,6 +190,7 @@ def test_dlpack_and_array_interfaces() -> None:
 
     for thing in (OnlyDlpack(), OnlyInterface(), VALUES.tolist(), VALUES):
         np.testing.assert_array_equal(volume_of(thing).values, VALUES)
+        np.testing.assert_array_equal(Volume(thing).values, VALUES)
     volume = Volume(VALUES)
     np.testing.assert_array_equal(np.asarray(volume), VALUES)
     np.testing.assert_array_equal(np.from_dlpack(volume), VALUES)

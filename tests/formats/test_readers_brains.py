@@ -13,6 +13,7 @@ import nibabel
 import numpy as np
 import pytest
 import SimpleITK
+from scipy.io import savemat
 from support import marked
 
 from texvol import InputError, Volume, load
@@ -38,20 +39,56 @@ def written_analyze(folder: Path, kind: type = nibabel.Spm2AnalyzeImage, **field
     return folder / "v.img"
 
 
-@pytest.mark.parametrize("kind", [nibabel.AnalyzeImage, nibabel.Spm99AnalyzeImage, nibabel.Spm2AnalyzeImage])
-def test_analyze_has_no_directions_and_says_so(tmp_path: Path, kind: type) -> None:
-    path = written_analyze(tmp_path, kind)
+def test_analyze_has_no_directions_and_says_so(tmp_path: Path) -> None:
+    path = written_analyze(tmp_path, nibabel.AnalyzeImage)
     volume = load(path)
     np.testing.assert_array_equal(volume.values, marked.marked())
-    if kind is nibabel.AnalyzeImage:  # of the others SPM's .mat would be read as well
-        check_against_nibabel(volume, path)
+    check_against_nibabel(volume, path)
     assert np.diag(volume.direction).tolist() == [-1, 1, 1] and volume.spacing.tolist() == [2, 3, 4]
     assert any("no directions" in note for note in volume.notes)
     np.testing.assert_array_equal(load(tmp_path / "v.hdr").values, volume.values)
 
 
+@pytest.mark.parametrize("kind", [nibabel.Spm99AnalyzeImage, nibabel.Spm2AnalyzeImage])
+def test_directions_that_spm_writes_beside(tmp_path: Path, kind: type) -> None:
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = marked.DIRECTION * marked.SPACING, marked.ORIGIN
+    nibabel.save(kind(marked.marked().T, affine), tmp_path / "v.img")
+    volume = load(tmp_path / "v.hdr")
+    check_against_nibabel(volume, tmp_path / "v.img")
+    np.testing.assert_allclose(marked.found_mark(volume), marked.position_of_mark(), atol=1e-6)
+    assert volume.notes == ("it lies where v.mat says",)
+    # SPM 99 and before wrote M alone, with x the other way.
+    savemat(tmp_path / "v.mat", {"M": np.diag([-1.0, 1, 1, 1]) @ affine @ np.array(_FROM_ZERO)}, format="4")
+    check_against_nibabel(load(tmp_path / "v.img"), tmp_path / "v.img")
+
+
+_FROM_ZERO = [[1.0, 0, 0, -1], [0, 1, 0, -1], [0, 0, 1, -1], [0, 0, 0, 1]]
+
+
+@pytest.mark.parametrize(
+    ("variables", "reason"),
+    [
+        ({"mat": np.eye(3)}, "a finite matrix of 4 x 4"),
+        ({"mat": np.full((4, 4), np.nan)}, "a finite matrix of 4 x 4"),
+        ({"other": np.eye(4)}, "must hold a matrix mat or M"),
+        ({"mat": np.zeros((4, 9000))}, "at most 262144 bytes"),
+        (None, "v.img: cannot be read: "),
+    ],
+)
+def test_a_mat_beside_that_makes_no_sense(tmp_path: Path, variables: Any, reason: str) -> None:
+    path = written_analyze(tmp_path)
+    if variables is None:
+        (tmp_path / "v.mat").write_bytes(b"no matrix")
+    else:
+        savemat(tmp_path / "v.mat", variables)
+    with pytest.raises(InputError, match=rf"v\.img: .*{reason}|{reason}"):
+        load(path)
+
+
 def test_spms_origin_and_slope(tmp_path: Path) -> None:
     path = written_analyze(tmp_path)
+    (tmp_path / "v.mat").unlink()
     block = bytearray((tmp_path / "v.hdr").read_bytes())
     struct.pack_into("<3h", block, 253, 4, 2, 3)  # the origin is this sample, from 1
     struct.pack_into("<f", block, 112, 0.5)
@@ -73,6 +110,7 @@ def test_spms_origin_and_slope(tmp_path: Path) -> None:
 )
 def test_an_analyze_header_that_makes_no_sense(tmp_path: Path, at: int, data: bytes, reason: str) -> None:
     path = written_analyze(tmp_path)
+    (tmp_path / "v.mat").unlink()
     block = bytearray((tmp_path / "v.hdr").read_bytes())
     block[at : at + len(data)] = data
     (tmp_path / "v.hdr").write_bytes(block)
@@ -225,11 +263,48 @@ def test_minc_2(tmp_path: Path) -> None:
     check_against_nibabel(volume, path)
 
 
+def without_what_may_be_absent(path: Path) -> None:
+    """Write both kinds without a range of the values, with uneven time steps."""
+    stored = np.stack([marked.marked("i2"), marked.marked("i2") * 0])
+    names = ("time", *AXIS_NAMES)
+    if path.stem == "one":
+        with netCDF4.Dataset(path, "w", format="NETCDF3_CLASSIC") as file:
+            for name, size in zip(names, stored.shape, strict=True):
+                file.createDimension(name, size)
+                file.createVariable(name, "i4").spacing = "irregular" if name == "time" else "regular__"
+            image = file.createVariable("image", "i2", names)
+            image.signtype, image.valid_range = "signed__", np.array([0.0, 200.0])
+            image[:] = stored
+        return
+    with h5py.File(path, "w") as file:
+        for name in names:
+            scale = file.create_dataset(f"minc-2.0/dimensions/{name}", data=np.int32(0))
+            scale.attrs["spacing"] = np.bytes_("irregular" if name == "time" else "regular__")
+        image = file.create_dataset("minc-2.0/image/0/image", data=stored)
+        image.attrs["dimorder"], image.attrs["valid_range"] = np.bytes_(",".join(names)), np.array([0.0, 200.0])
+
+
+@pytest.mark.parametrize("name", ["one.mnc", "two.mnc"])
+def test_minc_without_what_may_be_absent(tmp_path: Path, name: str) -> None:
+    """The valid range stands for 0 to 1 then, as in libminc (mincextract)."""
+    without_what_may_be_absent(tmp_path / name)
+    np.testing.assert_allclose(load(tmp_path / name, time=0).values, marked.marked() / 200, rtol=1e-6)
+    assert load(tmp_path / name, time=1).values.max() == 0
+
+
 def test_a_minc_file_that_is_none(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "v.mnc", "w") as file:
         file["v"] = marked.marked()
     with pytest.raises(InputError, match=r"v\.mnc: "):
         load(tmp_path / "v.mnc")
+    with netCDF4.Dataset(tmp_path / "flat.mnc", "w", format="NETCDF3_CLASSIC") as file:
+        file.createDimension("yspace", 4)
+        file.createDimension("xspace", 5)
+        for each in ("yspace", "xspace"):
+            file.createVariable(each, "i4").spacing = "regular__"
+        file.createVariable("image", "i2", ("yspace", "xspace")).signtype = "signed__"
+    with pytest.raises(InputError, match=r"must have the axes xspace, yspace and zspace, got yspace, xspace"):
+        load(tmp_path / "flat.mnc")
     content = written_minc1(tmp_path / "t.mnc").read_bytes()
     (tmp_path / "t.mnc").write_bytes(content[:-130])
     with pytest.raises(InputError, match=r"t\.mnc: "):

@@ -118,6 +118,24 @@ def test_frames_of_one_file(tmp_path: Path, enhanced: bool) -> None:
     marked.check(load(tmp_path / "v.dcm"), position=POSITION, atol=1e-6)
 
 
+@pytest.mark.parametrize("name", ["FloatPixelData", "DoubleFloatPixelData"])
+def test_parametric_maps_have_floats(tmp_path: Path, name: str) -> None:
+    """Their fractions, and their padding, which is a float as well, are kept."""
+    multi_frame(tmp_path / "v.dcm", enhanced=True)
+    dataset = pydicom.dcmread(tmp_path / "v.dcm")
+    dataset.SOPClassUID = dataset.file_meta.MediaStorageSOPClassUID = "1.2.840.10008.5.1.4.1.1.30"
+    del dataset.PixelData, dataset.BitsStored, dataset.HighBit, dataset.PixelRepresentation
+    values = marked.marked("f8" if name.startswith("D") else "f4") / 7
+    dataset.BitsAllocated = 8 * values.itemsize
+    setattr(dataset, name, values[::-1].tobytes())
+    setattr(dataset, name.replace("Data", "PaddingValue"), float(values[0, 0, 1]))
+    dataset.save_as(tmp_path / "v.dcm")
+    volume = load(tmp_path / "v.dcm")
+    assert np.isnan(volume.values[0, 0, 1]) and volume.values.dtype == values.dtype
+    expected = np.where(values == values[0, 0, 1], np.nan, values)
+    np.testing.assert_array_equal(volume.values, expected)
+
+
 @pytest.mark.parametrize("told", ["DiffusionBValue", "EffectiveEchoTime", "DimensionIndexValues"])
 def test_frames_of_one_file_at_the_same_places(tmp_path: Path, told: str) -> None:
     """Datasets of an enhanced file with two weightings, the second one first."""

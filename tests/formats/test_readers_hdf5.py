@@ -77,3 +77,11 @@ def test_values_that_mark_missing_samples(tmp_path: Path) -> None:
     values = load(path).values
     assert np.isnan(values).sum() == 1 and np.isnan(values[marked.MARK[::-1]])
     assert load(path, labels=True).values.max() == marked.MARK_VALUE
+
+
+def test_a_dataset_without_axes_is_refused(tmp_path: Path) -> None:
+    with h5py.File(tmp_path / "v.h5", "w") as file:
+        file["number"], file["nothing"] = 7.0, h5py.Empty("f4")
+    for name, reason in (("number", "a single value"), ("nothing", "nothing")):
+        with pytest.raises(InputError, match=rf"v\.h5::{name}: must have axes, got {reason}"):
+            load(f"{tmp_path}/v.h5::{name}")

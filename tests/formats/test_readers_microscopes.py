@@ -37,8 +37,13 @@ def check(path: Path, dtype: str = "uint16", *, channels: int = CHANNELS) -> Any
     assert load(path, channel=0, time=STEP).values.max() == 0
     assert load(path, channel=CHANNEL, time=0).values.max() == 0
     assert len(TimeSeries(path, channel=CHANNEL)) == STEPS
-    with pytest.raises(InputError, match=rf"--channel 0\.\.{channels - 1}|--time 0\.\.{STEPS - 1}"):
+    with pytest.raises(InputError, match=rf"--time 0\.\.{STEPS - 1}"):
         load(path)
+    with pytest.raises(InputError, match=rf"--channel must be in 0\.\.{channels - 1}"):
+        load(path, channel=channels, time=STEP)
+    first = load(path, time=STEP)  # as of other images with channels
+    assert first.channel == volume.channels[0] and len(volume.channels) == channels
+    assert any(f"channel 0 {first.channel.name}".rstrip() in each for each in first.notes)
     return volume
 
 
@@ -71,35 +76,40 @@ def test_scenes_of_czi(tmp_path: Path) -> None:
         load(path, image=2, channel=1, time=2)
 
 
-def lif(dtype: str = "u2", name: str = "Series001", **changed: str) -> bytes:
-    """A file of one image: an XML text in UTF-16, then a block of samples, each behind marks."""
-    values = planes(dtype)
-    bits, size = values.dtype.itemsize * 8, values.dtype.itemsize
-    sizes = {"X": 5, "Y": 4, "Z": 3, "T": STEPS}
-    # Bytes from a sample to the next one: channels are within a slice.
-    inc = {"X": size, "Y": 5 * size, "Z": 20 * size * CHANNELS, "T": 60 * size * CHANNELS}
-    length = {"X": 2e-6 * 4, "Y": 3e-6 * 3, "Z": 4e-6 * 2, "T": 5.0}
+# Lengths are those from the first to the last sample, in metres.
+LENGTHS = {"X": 2e-6 * 4, "Y": 3e-6 * 3, "Z": 4e-6 * 2, "T": 5.0}
+
+
+def lif(dtype: str = "u2", name: str = "Series001", order: str = "TZCYX", **changed: str) -> bytes:
+    """A file of one image: an XML text in UTF-16, then a block of samples, each behind marks.
+
+    Its axes, slowest first, are in the `order`; other arguments replace attributes of the text.
+    """
+    values = np.ascontiguousarray(planes(dtype).transpose(["TCZYX".index(axis) for axis in order]))
+    steps = dict(zip(order, values.strides, strict=True))
     dimensions = "".join(
-        f'<DimensionDescription DimID="{number}" NumberOfElements="{changed.get(axis, sizes[axis])}" '
-        f'Length="{length[axis]}" BytesInc="{inc[axis]}"/>'
-        for number, axis in enumerate("XYZT", 1)
+        f'<DimensionDescription DimID="{"XYZT".index(axis) + 1}" Origin="0" Unit="m" BitInc="0" '
+        f'NumberOfElements="{changed.get(axis, size)}" BytesInc="{steps[axis]}" '
+        f'Length="{changed.get(f"length_{axis}", LENGTHS[axis])}"/>'
+        for axis, size in zip(order[::-1], values.shape[::-1], strict=True)
+        if axis != "C"
     )
+    bits = changed.get("bits", values.dtype.itemsize * 8)
     channels = "".join(
-        f'<ChannelDescription Resolution="{changed.get("bits", bits)}" BytesInc="{20 * size * number}"/>'
-        for number in range(CHANNELS)
+        f'<ChannelDescription DataType="0" ChannelTag="0" Resolution="{bits}" NameOfMeasuredQuantity="" Min="0" '
+        f'Max="1" Unit="" LUTName="{table}" IsLUTInverted="0" BytesInc="{steps["C"] * number}" BitInc="0"/>'
+        for number, table in enumerate(("Green", "Sunset"))
     )
     text = (
         '<LMSDataContainerHeader Version="2"><Element Name="own"><Children>'
-        f'<Element Name="{name}"><Memory Size="{values.nbytes}"/><Data><Image><ImageDescription>'
-        f"<Channels>{channels}</Channels>"
-        f"<Dimensions>{dimensions}</Dimensions></ImageDescription></Image></Data></Element>"
-        "</Children></Element></LMSDataContainerHeader>"
-    ).encode("utf-16")
-    samples = np.ascontiguousarray(values.transpose(0, 2, 1, 3, 4)).tobytes()  # T, Z, C, Y, X
-    head = struct.pack("<IIBI", 0x70, len(text) + 5, 0x2A, len(text) // 2) + text
+        f'<Element Name="{name}"><Memory Size="{values.nbytes}" MemoryBlockID="MemBlock_1"/><Data><Image>'
+        f"<ImageDescription><Channels>{channels}</Channels><Dimensions>{dimensions}</Dimensions></ImageDescription>"
+        "</Image></Data></Element></Children></Element></LMSDataContainerHeader>"
+    ).encode("utf-16-le")
     label = "MemBlock_1".encode("utf-16-le")
-    block = struct.pack("<IIBIBI", 0x70, 14 + len(label), 0x2A, len(samples), 0x2A, len(label) // 2) + label
-    return head + block + samples
+    head = struct.pack("<IIBI", 0x70, len(text) + 5, 0x2A, len(text) // 2) + text
+    block = struct.pack("<IIBQBI", 0x70, 18 + len(label), 0x2A, values.nbytes, 0x2A, len(label) // 2) + label
+    return head + block + values.tobytes()
 
 
 @pytest.mark.parametrize(("dtype", "name"), [("u1", "uint8"), ("u2", "uint16")])
@@ -107,6 +117,19 @@ def test_lif(tmp_path: Path, dtype: str, name: str) -> None:
     (tmp_path / "v.lif").write_bytes(lif(dtype))
     volume = check(tmp_path / "v.lif", name)
     assert "image Series001" in volume.notes
+    assert [(each.name, each.color) for each in volume.channels] == [("Green", (0.0, 1.0, 0.0)), ("Sunset", None)]
+
+
+@pytest.mark.parametrize("order", ["ZTCYX", "CTZYX", "TCZYX", "TZYCX", "TCYZX"])
+def test_lif_of_other_orders_of_the_axes(tmp_path: Path, order: str) -> None:
+    (tmp_path / "v.lif").write_bytes(lif(order=order))
+    check(tmp_path / "v.lif")
+
+
+def test_lif_whose_slices_run_downwards(tmp_path: Path) -> None:
+    (tmp_path / "v.lif").write_bytes(lif(length_Z=str(-LENGTHS["Z"])))
+    volume = load(tmp_path / "v.lif", channel=CHANNEL, time=STEP)
+    np.testing.assert_allclose(volume.world_from_index, np.diag([2.0, 3.0, -4.0]), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +137,9 @@ def test_lif(tmp_path: Path, dtype: str, name: str) -> None:
     [
         (lif()[:-100], "truncated"),
         (lif()[:900], "."),
-        (lif(X="100000000"), "more than 10000 times|this machine has|pixels"),
+        (lif(T="100000000"), "more than 10000 times"),
         (lif(Z="0"), "positive"),
-        (lif(bits="32"), "up to 16 bits, got 32"),
+        (lif(bits="32"), "up to 16 bits or float32, got uint32"),
         (b"\x70\0\0\0" + bytes(50), "."),
     ],
 )

@@ -49,6 +49,24 @@ def test_steps_with_a_turned_matrix(tmp_path: Path) -> None:
     marked.check(load(tmp_path / "v.fits"), position=position)
 
 
+def test_a_sky_that_is_turned_in_the_old_way(tmp_path: Path) -> None:
+    """CROTA turns what CDELT has scaled; of axes that are no longitude and latitude it says nothing."""
+    numbers = {"CDELT1": -2e-4, "CDELT2": 3e-4, "CDELT3": 4.0, "CROTA2": 30.0, "CRVAL1": 180.0, "CRPIX1": 2.0}
+    for names in ({"CTYPE1": "RA---CAR", "CTYPE2": "DEC--CAR"}, {"CTYPE1": "X", "CTYPE2": "Y"}):
+        fits.PrimaryHDU(marked.marked(), fits.Header(names | numbers)).writeto(tmp_path / "v.fits", overwrite=True)
+        position = WCS(fits.getheader(tmp_path / "v.fits")).wcs_pix2world([marked.MARK], 0)[0]
+        marked.check(load(tmp_path / "v.fits"), position=position, atol=1e-6)
+
+
+def test_an_axis_of_one_sample_between_those_of_space(tmp_path: Path) -> None:
+    """As radio telescopes' programs write: RA, DEC, STOKES, FREQ."""
+    names = {"CTYPE1": "RA---SIN", "CTYPE2": "DEC--SIN", "CTYPE3": "STOKES", "CTYPE4": "FREQ", "CDELT4": 5.0}
+    fits.PrimaryHDU(marked.marked()[:, np.newaxis], fits.Header(names)).writeto(tmp_path / "v.fits")
+    volume = load(tmp_path / "v.fits")
+    np.testing.assert_array_equal(volume.values, marked.marked())
+    assert volume.spacing.tolist() == [1, 1, 5]
+
+
 def test_a_cube_of_the_sky(tmp_path: Path) -> None:
     """With Stokes' parameters as a fourth axis; units differ, and the projection is told of."""
     names = {"CTYPE1": "RA---TAN", "CTYPE2": "DEC--TAN", "CTYPE3": "VRAD", "CTYPE4": "STOKES"}
@@ -115,8 +133,9 @@ def test_a_fits_that_makes_no_sense(tmp_path: Path) -> None:
         load(tmp_path / "v.fits")
 
 
-def written_segy(path: Path, *, sorting: int = 2, format: int = 1, located: bool = True) -> Path:
+def written_segy(path: Path, *, sorting: int = 2, format: int = 1, located: bool = True, endian: str = "big") -> Path:
     spec = segyio.spec()
+    spec.endian = endian
     spec.sorting, spec.format, spec.samples = sorting, format, np.arange(3) * 4.0 + 100
     spec.ilines, spec.xlines = np.arange(4) + 1, np.arange(5) + 10
     order = (
@@ -141,6 +160,12 @@ def test_segy_lies_at_the_coordinates_of_its_traces(tmp_path: Path, sorting: int
     assert volume.space == "x (m), y (m), time (ms)"
     plain = load(written_segy(tmp_path / "w.sgy", located=False))
     assert plain.spacing.tolist() == [1, 1, 4] and any("no coordinates" in note for note in plain.notes)
+
+
+def test_segy_of_the_other_byte_order(tmp_path: Path) -> None:
+    volume = load(written_segy(tmp_path / "v.sgy", format=5, endian="little"))
+    assert load(written_segy(tmp_path / "w.sgy", format=5)).origin.tolist() == volume.origin.tolist()
+    np.testing.assert_array_equal(volume.values, marked.marked())
 
 
 def test_a_segy_that_makes_no_sense(tmp_path: Path) -> None:
@@ -188,7 +213,15 @@ def test_openvdb(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(InputError, match="has 2 grids: density, heat; --variable NAME chooses one"):
         load(several)
     assert load(f"{several}::heat").values.max() == 100
+    same = written_vdb(tmp_path / "x.vdb", "heat", "heat")
+    with pytest.raises(InputError, match=r"has 2 grids: heat\[0\], heat\[1\]; --variable NAME chooses one"):
+        load(same)
+    assert load(same, variable="heat[1]").values.max() == 100
     monkeypatch.setattr(openvdb, "_PATIENCE", 1.0)  # OpenVDB goes round and round in what is cut off
+    assert b"AffineMap" in path.read_bytes()
+    (tmp_path / "y.vdb").write_bytes(path.read_bytes().replace(b"AffineMap", b"OblateMap"))
+    with pytest.raises(InputError, match=r"y\.vdb: it is damaged, or not as its library expects \("):
+        load(tmp_path / "y.vdb")
     path.write_bytes(path.read_bytes()[:-200])
     with pytest.raises(InputError, match=r"v\.vdb: "):
         load(path)

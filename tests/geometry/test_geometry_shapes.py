@@ -57,7 +57,7 @@ def test_a_mesh_holds_its_own_arrays() -> None:
         (CORNERS, TRIANGLES, {"color": (1, 1)}, "color must be three numbers"),
         (CORNERS, TRIANGLES, {"color": (0, 0, 2)}, "color must be three numbers"),
         (CORNERS, TRIANGLES, {"color": (0, 0, np.nan)}, "color must be three numbers"),
-        (CORNERS, TRIANGLES, {"color": "red"}, "color must be three numbers"),
+        (CORNERS, TRIANGLES, {"color": "no colour"}, "color must be three numbers"),
     ],
 )
 def test_what_is_no_mesh_is_refused(vertices: Any, triangles: Any, more: dict[str, Any], words: str) -> None:

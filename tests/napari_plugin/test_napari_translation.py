@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from support.napari_layers import Camera, Dims, Image, Labels, Points
+from texvol_napari import translation
 from texvol_napari.drawing import blended, drawn
 from texvol_napari.placing import camera_of, flips_of, volume_of
 from texvol_napari.translation import translated
@@ -85,6 +86,32 @@ def test_slices_of_further_axes_are_those_of_the_sliders() -> None:
         translated([layer], Camera(), dims, SIZE)
 
 
+def test_the_finest_level_that_fits_is_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    fine, coarse = np.zeros((2, 17, 17, 17), np.float32), np.zeros((2, 9, 9, 9), np.float32)
+    fine[1, 4, 6, 8], coarse[1, 2, 3, 4] = 1, 1
+    layer = Image([fine, coarse], multiscale=True, scale=(1.0, 3.0, 2.0, 1.0), translate=(0.0,) * 4)
+    layer.downsample_factors = np.array([[1.0, 1, 1, 1], [1, 2, 2, 2]])
+    dims = Dims(displayed=(1, 2, 3), point=(1.0, 0.0, 0.0, 0.0))
+    found = []
+    for room in (10 * fine[0].nbytes, 10 * fine[0].nbytes - 10, 0):
+        monkeypatch.setattr(translation, "free_memory", lambda room=room: room)
+        made = translated([layer], Camera(), dims, SIZE)
+        volume = made.parts[0].scene.volume
+        at = np.array(np.unravel_index(volume.values.argmax(), volume.values.shape))[::-1]
+        found.append((volume.dimensions[0], made.remarks))
+        np.testing.assert_allclose(volume.origin + volume.world_from_index @ at, flips_of(Camera()) * [8, 12, 12])
+    assert found == [(17, ("layer 'cells': its level 0 of 2 is drawn",))] + 2 * [
+        (9, ("layer 'cells': its level 1 of 2 is drawn",))
+    ]
+
+
+def test_media_without_interpolation_have_none() -> None:
+    layers = [Image(dot(8, 8, 8), rendering=each, interpolation3d="nearest") for each in ("translucent", "mip")]
+    found = translated(layers, Camera(), Dims(), SIZE)
+    assert [each.scene.volume.blocks for each in found.parts] == [True, False]
+    assert [line for line in found.remarks if "nearest" in line] == ["layer 'cells': drawn linear, not nearest"]
+
+
 def test_media_have_napari_s_opacities() -> None:
     """A voxel at the upper limit attenuates by exp(-attenuation), and a step of 0.8 voxels has the map's opacity."""
     values = dot(8, 8, 8)
@@ -157,6 +184,9 @@ def test_what_is_not_drawn_is_said() -> None:
     for name, reason in words.items():
         assert any(f"'{name}'" in line and reason in line for line in found.remarks), found.remarks
     assert "hidden" not in "".join(found.remarks)
+    pictures = Dims(displayed=(0, 1), point=(0.0, 0.0))  # napari shows so if no layer has more axes
+    with pytest.raises(texvol.InputError, match="'flat' is left out: it must have the three axes that are shown"):
+        translated([others[4]], Camera(), pictures, SIZE)
     with pytest.raises(texvol.InputError, match="'sum' is left out"):
         translated(others, Camera(), Dims(), SIZE)
     with pytest.raises(texvol.InputError, match="there must be a visible layer"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -83,14 +84,21 @@ def test_a_texture_holds_the_texels_of_its_brick(
     assert store.uploads == len(store.bricks)
 
 
+CONSTANT = [Volume(np.full(size, 0.7, np.float32)) for size in ((9, 9, 9), (20, 30, 25), (40, 8, 70))]
+
+
+@cache
+def baked_once(which: int, texel_format: str) -> BakedTexture:
+    return baked_of(CONSTANT[which], texel_format)
+
+
 @settings(max_examples=15, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.tuples(st.integers(0, 2), st.sampled_from(list(TEXEL_TYPES)), st.integers(0, 99)), max_size=25))
 def test_textures_never_take_more_than_the_budget(store: TextureStore, wanted: list[tuple[int, str, int]]) -> None:
     """Whatever is asked for in whatever order, bricks of other volumes and formats included."""
-    volumes = [Volume(np.full(size, 0.7, np.float32)) for size in ((9, 9, 9), (20, 30, 25), (40, 8, 70))]
     for which, texel_format, number in wanted:
-        volume = volumes[which]
-        store.prepare(baked_of(volume, texel_format), volume, (volume, texel_format), MARGIN)
+        volume = CONSTANT[which]
+        store.prepare(baked_once(which, texel_format), volume, (volume, texel_format), MARGIN)
         brick = store.bricks[number % len(store.bricks)]
         assert store.resources(brick)["texels"].size == brick.texture_size
         assert np.prod(brick.texture_size) * BYTES[texel_format] <= store.bytes <= store.budget

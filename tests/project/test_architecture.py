@@ -36,7 +36,7 @@ HEAVY = {
     *("netCDF4", "vtkmodules", "vtk", "glfw", "imgui_bundle", "OpenGL", "pandas", "dask", "distributed", "xarray"),
     *("trimesh", "skimage", "meshio", "h5py", "pywt", "zarr", "tensorstore"),
     *("aiohttp", "anywidget", "ipywidgets", "PIL"),
-    *("astropy", "segyio", "nd2", "readlif", "pylibCZIrw"),
+    *("astropy", "segyio", "nd2", "liffile", "pylibCZIrw"),
 }
 
 
@@ -169,7 +169,7 @@ def test_every_dependency_has_a_compatible_range() -> None:
     ]
     assert all(">=" in each for each in wanted if not each.startswith("texvol["))
     # Versions that are dates promise nothing, so an upper bound would be a guess.
-    dated = {"imagecodecs", "tifffile", "distributed", "xarray"}
+    dated = {"imagecodecs", "tifffile", "liffile", "distributed", "xarray"}
     assert all("," in each for each in wanted if not each.startswith("texvol[") and each.split(">")[0] not in dated)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import matplotlib.backends.backend_agg  # kept between runs: a second import is half of the first
+import matplotlib.figure  # noqa: F401
 import numpy as np
 import pytest
 from PIL import Image

@@ -14,6 +14,7 @@ import argparse
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -98,7 +99,10 @@ class Remembered:
 
     def __call__(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
         thickness = settings.slab_thickness
-        self.pixels_of_slabs += size[0] * size[1] * scene.smallest_spacing / thickness
+        pixels = size[0] * size[1]
+        if settings.regions is not None:  # all of it is drawn here, and only they count
+            pixels = sum(width * height for _, _, width, height in settings.regions)
+        self.pixels_of_slabs += pixels * scene.smallest_spacing / thickness
         key = scene.classification, size, thickness
         if key not in self._pictures:
             exact = {"slab_thickness": thickness, "texture_format": "rgba32f", "early_termination": 0.0}
@@ -106,12 +110,17 @@ class Remembered:
         return self._pictures[key]
 
 
+_ROUNDED_NOWHERE = SimpleNamespace(rounding=lambda scene: 0.0)
+
+
 def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> Choice:
     """Return the choice for a wanted error of a picture of a size."""
     settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
-        return ErrorSearch(draw, draw, lambda scene: 0.0).choose(scene.completed(size), size, settings, wanted)
+        return ErrorSearch(draw, draw, lambda scene: _ROUNDED_NOWHERE).choose(
+            scene.completed(size), size, settings, wanted
+        )
 
 
 def excess(

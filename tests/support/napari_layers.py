@@ -27,6 +27,7 @@ class Placed:
     translate: tuple[float, ...] = (0.0, 0.0, 0.0)
     depiction: str = "volume"
     multiscale: bool = False
+    downsample_factors: Any = None
 
     @property
     def ndim(self) -> int:

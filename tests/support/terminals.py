@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import pty
+import re
 import select
+import signal
 import sys
 import time
 from collections.abc import Callable
@@ -37,6 +39,35 @@ def on_terminal(folder: Path, words: list[str], interrupt_when: Callable[[str], 
     _, status = os.waitpid(process, 0)
     os.close(terminal)
     return os.waitstatus_to_exitcode(status), printed, time.monotonic() - pressed if pressed else 0.0
+
+
+def shell_line(program: list[str], folder: Path, setup: str, keys: str) -> str:
+    """Return the line that a shell on a terminal holds after keys; ctrl-X must print it between << and >>."""
+    process, terminal = pty.fork()
+    if process == 0:
+        os.chdir(folder)
+        os.execve(program[0], program, os.environ | {"TERM": "dumb", "HOME": str(folder), "PS1": "", "INPUTRC": "/no"})
+    try:
+        os.write(terminal, f"{setup}\necho rea''dy\n".encode())
+        _read_until(terminal, r"\nready\r")
+        os.write(terminal, keys.encode())
+        os.write(terminal, b"\x18")
+        found: str = _read_until(terminal, r"<<(.*?)>>").group(1)
+        return found
+    finally:
+        os.close(terminal)
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+
+
+def _read_until(terminal: int, pattern: str) -> re.Match[str]:
+    printed, end = "", time.monotonic() + PATIENCE
+    while time.monotonic() < end:
+        if select.select([terminal], [], [], 0.05)[0]:
+            printed += os.read(terminal, 65536).decode(errors="replace")
+            if found := re.search(pattern, printed, re.DOTALL):
+                return found
+    raise AssertionError(f"the shell must print {pattern}, got {printed!r}")
 
 
 def rippled_ball(folder: Path, samples: int) -> str:

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from support.windows import PATIENCE, display, environment, started, until  # noqa: F401 (display is a fixture)
 
@@ -59,10 +60,12 @@ def test_the_next_window_has_the_size_of_the_last_one(display: str, tmp_path: Pa
         )  # fmt: skip
         return done.stdout.split()[-1] if done.stdout.strip() else ""
 
+    np.save(tmp_path / "ball.npy", np.zeros((4, 4, 4), np.uint8))
+
     def opened(then: Callable[[str], None]) -> None:
-        process = started(display, tmp_path)
-        window = does("search", "--sync", "--onlyvisible", "--name", "texvol")
-        then(window)
+        process = started(display, tmp_path, "ball.npy")
+        # A title with the name is shown by the main loop, which has measured the size at the beginning by then.
+        then(does("search", "--sync", "--onlyvisible", "--name", "ball"))
         process.send_signal(signal.SIGINT)
         process.communicate(timeout=PATIENCE)
 

@@ -104,11 +104,13 @@ def test_the_wheel_scrolls_the_notebook_until_the_window_is_clicked_and_the_menu
 def test_the_picture_below_is_hidden_once_the_widget_shows_one_and_is_kept_up_to_date(page: Page) -> None:
     shown = "['below', 'own'].map(id => getComputedStyle(document.getElementById(id)).display !== 'none')"
     assert page.tell(shown) == [True, True]
-    head = json.dumps({"frame": 1, "size": [1, 1], "type": "image/png"})
+    head = json.dumps({"frame": 1, "size": [1, 1], "type": "image/png", "left": 1})
     page.tell(
         f"(async () => {{ const c = new OffscreenCanvas(1, 1); c.getContext('2d'); const b = await c.convertToBlob();"
-        f"const file = await new Blob([{json.dumps(head)} + '\\n', b]).arrayBuffer();"
-        "heard['msg:custom']({}, [new DataView(file)]); })()"
+        "const half = b.size >> 1, rest = JSON.stringify({frame: 2, size: [1, 1], left: 0});"
+        f"for (const each of [[{json.dumps(head)}, b.slice(0, half)], [rest, b.slice(half)]]) {{"
+        "const file = await new Blob([each[0] + '\\n', each[1]]).arrayBuffer();"
+        "heard['msg:custom']({}, [new DataView(file)]); } })()"
     )
     page.wait_for(f"!{shown}[0]")
     assert page.tell(shown) == [False, True]

@@ -146,33 +146,28 @@ def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None
     scene, wanted = replace(SCENE, classification=kind), 1 / 255
     answers = studio.answers(kind="rest", scene=scene, size=SIZE, accuracy={"max_error": wanted})
     metadata = answers[-1].metadata
-    assert [answer.kind for answer in answers] == ["picture"] * 3 and metadata["reached"]
+    assert [answer.kind for answer in answers] == ["picture"] * 2 and metadata["reached"]
     assert metadata["estimated_error"] <= wanted
-    quick = answers[1].metadata
-    assert quick["reached"] and quick["estimated_error"] <= wanted
     with Renderer() as renderer:
         picture = renderer.render(scene, SIZE, max_error=wanted)
         assert renderer.settings == metadata["settings"]
-        early = renderer.render(scene, SIZE, **quick["settings"])
         finest = renderer.render(scene, SIZE, sampling_rate=32, early_termination=0)
     assert np.array_equal(answers[-1].pixels, image.eight_bits(picture))
     assert np.abs(picture - finest).max() <= wanted
-    assert np.abs(early - finest).max() <= wanted
 
 
 def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    from texvol.opengl import piecewise
-    from texvol.opengl.compositor import Compositor
+    from texvol.opengl import compositor, piecewise
     from texvol.window import painting
 
-    pieces, blend = 0, Compositor.blend
+    pieces, draw_triangles = 0, compositor.draw_triangles
 
-    def counted(self: Compositor, *how: Any) -> None:
+    def counted(*how: Any) -> None:
         nonlocal pieces
         pieces += 1
-        blend(self, *how)
+        draw_triangles(*how)
 
-    monkeypatch.setattr(Compositor, "blend", counted)
+    monkeypatch.setattr(compositor, "draw_triangles", counted)
     monkeypatch.setattr(piecewise, "_FIRST_ROWS", 5)
     monkeypatch.setattr(piecewise, "_FEWEST_ROWS", 5)
     monkeypatch.setattr(piecewise, "_PIECE", 0.0)  # no piece ever grows

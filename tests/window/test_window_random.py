@@ -112,24 +112,26 @@ def test_random_actions_leave_the_window_whole(
     _, err = process.communicate()
     assert process.returncode == 0, err
     assert err == ""
+    painters = painters[next(at for at, count in enumerate(painters) if count) :]  # a busy machine begins late
     quarter = len(painters) // 4
     # Mover and refiner; only the clerk, who writes pictures, comes later.
     assert max(painters[quarter:]) <= 3 and min(painters[quarter : 3 * quarter]) >= 2
     # Programs of new kinds of scenes are compiled all along; what leaks with each frame or action would be more. Each
-    # process is held against its own second quarter: the clerk may come at any time.
+    # process is held against its own third quarter: the clerk may come at any time.
     assert sum(map(grown, held.values())) < 64 << 20
 
 
 def grown(held: list[int]) -> int:
-    """Bytes by which the least in the last quarter is above the least in the second; 0 of a process that only begins.
+    """Twice what the least in the last quarter is above that in the third; 0 of a process that only begins.
 
-    What leaks stays, and raises the least as much as the most. What comes and goes is no growth: over 4,000 actions the
-    most varies by 44 MB, the least of any process by 4 MB.
+    In the first half a busy machine may still load the libraries of a process. What leaks stays, and raises the least
+    as much as the most. What comes and goes is no growth: over 4,000 actions the most varies by 44 MB, the least of any
+    process by 4 MB.
     """
     if len(held) < _BEGINNING:
         return 0
     quarter = len(held) // 4
-    return min(held[3 * quarter :]) - min(held[quarter : 2 * quarter])
+    return 2 * (min(held[3 * quarter :]) - min(held[2 * quarter : 3 * quarter]))
 
 
 def test_what_stays_is_growth_and_what_comes_and_goes_is_not() -> None:

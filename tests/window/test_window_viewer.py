@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import threading
 from typing import Any
 
@@ -16,7 +17,7 @@ from texvol.util.errors import InputError
 from texvol.window.events import Event
 from texvol.window.navigation import View
 from texvol.window.remote.exchange import MOST_EVENTS, MOST_PIXELS, Exchange
-from texvol.window.remote.viewer import Viewer
+from texvol.window.remote.viewer import Pieces, Viewer
 from texvol.window.steering import Steering, Viewport
 
 
@@ -64,6 +65,39 @@ def test_a_frame_follows_before_the_last_is_drawn_where_the_link_has_room() -> N
     for number in (7, 8):
         exchange.show(**frame(10 * number))
         assert head(viewer.next())["frame"] == number
+
+
+def test_a_frame_that_moves_waits_for_no_more_than_a_piece_of_the_png() -> None:
+    exchange = Exchange()
+    viewer = Viewer(exchange)
+    size = 300, 200
+    noise = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3), np.uint8)
+    exchange.show(pixels=noise.tobytes(), size=size)
+    pieces, numbers = Pieces(), iter(range(1, 100))
+
+    def sent() -> bytes:
+        content = viewer.next()
+        assert content is not None
+        viewer.receive(json.dumps({"drawn": next(numbers)}))
+        return content
+
+    assert head(sent())["type"] == "image/jpeg"
+    contents = [sent() for _ in range(3)]
+    assert head(contents[0])["type"] == "image/png" and all("type" not in head(each) for each in contents[1:])
+    left = [head(each)["left"] for each in contents]
+    assert left == list(range(left[0], left[0] - 3, -1)) and left[-1] > 0
+    assert max(map(len, contents)) < 40_000
+    exchange.show(cursor="hand")
+    assert head(sent()).items() >= {"cursor": "hand"}.items(), "the picture is the same, and goes on"
+    exchange.show(**frame(7, size))
+    assert head(sent())["type"] == "image/jpeg"
+    exchange.show(pixels=noise.tobytes(), size=size)
+    whole: tuple[str, bytes] | None = None
+    while whole is None or whole[0] != "image/png":
+        whole = pieces.take(sent())
+    with open_png(whole[1]) as picture:
+        assert np.array_equal(np.asarray(picture)[::-1], noise)
+    assert exchange.version == viewer._version and viewer._due() == math.inf
 
 
 def open_png(content: bytes) -> Image.Image:

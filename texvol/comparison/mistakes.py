@@ -68,7 +68,10 @@ class MistakeTrial:
         self.size = size
         self.right = renderer.render(stored.scene, size, **stored.settings)
         self.scene = (renderer.drawn_scene or stored.scene).completed(size)
-        self.settings = renderer.settings
+        # A mistake must not change which tiles have thin slabs.
+        self.settings = renderer.uniform_settings
+        if self.settings != renderer.settings:
+            self.right = renderer.render(self.scene, size, **self.settings)
 
     def draw(self, mistake: Planted | None = None, *, scene: Scene | None = None, **settings: Any) -> Pixels:
         """Return the picture with a mistake, of another scene, or with other settings."""

@@ -17,6 +17,7 @@ from texvol.distributed.cropped import Cropped, cropped
 from texvol.distributed.sending import Unpacker
 from texvol.rendering.checking import Check
 from texvol.rendering.classification import Classified
+from texvol.rendering.error_control import ByTiles
 from texvol.rendering.frames import Kept, frame_of
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
@@ -81,6 +82,7 @@ class DrawnFrame:
     picture: Cropped
     kept: Kept
     settings: Settings
+    by_tiles: ByTiles
     chosen: Classified | None
     check: Check | None
     warnings: tuple[tuple[type[Warning], str], ...]
@@ -128,6 +130,7 @@ class _Worker(Renderer):
             cropped(frame.picture),
             frame.kept,
             self._last[2],
+            self._by_tiles,
             self.chosen,
             self.check,
             tuple((each.category, str(each.message)) for each in said),

@@ -108,7 +108,7 @@ class DistributedRenderer(Renderer):
         """Return a frame that a worker drew, which is the last picture of this renderer now."""
         scene = scene.classified_as(drawn.kept.classification)
         self._unrefined = complete = scene.completed(size)
-        self._last = complete, size, drawn.settings
+        self._last, self._by_tiles = (complete, size, drawn.settings), drawn.by_tiles
         self._stats, self._estimate, self.drawn_scene = {}, None, scene
         self._check, self.chosen = drawn.check, drawn.chosen
         remark_on_coarse_levels(scene.volume, drawn.settings)

@@ -27,6 +27,7 @@ from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
+Region = tuple[int, int, int, int]  # x, y, width, height in pixels, from the lower left corner
 Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
 
 
@@ -43,6 +44,7 @@ class Compositor:
         self._programs = Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
+        self._regions: tuple[Region, ...] | None = None  # that `blend` draws into; None: all
         self._layers: dict[tuple[int, ...], Layers] = {}  # of the target's size, by the components of each
 
     def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
@@ -113,13 +115,33 @@ class Compositor:
     ) -> None:
         """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers."""
         gl = self._gl
-        self.target.use()
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
         equation = moderngl.MAX if blending == "largest" else moderngl.FUNC_ADD
         gl.blend_equation = (equation, equation)
         gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
-        draw_triangles(gl, program, vertices, layout, *attributes)
+        target = self.target
+        try:
+            for piece in self._pieces():
+                target.scissor = piece  # type: ignore[assignment]
+                target.use()
+                draw_triangles(gl, program, vertices, layout, *attributes)
+        finally:
+            target.scissor = None  # type: ignore[assignment]
+            target.use()
+
+    @contextmanager
+    def within(self, regions: tuple[Region, ...] | None) -> Iterator[None]:
+        """Draw into some regions of the picture only; elsewhere it then means nothing."""
+        self._regions = regions
+        try:
+            yield
+        finally:
+            self._regions = None
+
+    def _pieces(self) -> Iterator[Region | None]:
+        """Yield what `blend` draws into, one after the other; None is the whole target."""
+        yield from (None,) if self._regions is None else self._regions
 
     def composite(
         self, layer: moderngl.Texture, blending: str = "under", factor: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)

@@ -6,9 +6,9 @@ The picture is the same bit for bit, because pixels do not depend on each other.
 from __future__ import annotations
 
 import time
-from typing import Any
+from collections.abc import Iterator
 
-from texvol.opengl.compositor import Compositor
+from texvol.opengl.compositor import Compositor, Region
 from texvol.opengl.contexts import Context
 from texvol.util import progress
 
@@ -25,19 +25,19 @@ class PiecewiseCompositor(Compositor):
         super().__init__(context)
         self._rows = _FIRST_ROWS
 
-    def blend(self, *triangles: Any) -> None:
-        """Draw triangles, some rows at a time."""
+    def _pieces(self) -> Iterator[Region | None]:
+        """Yield groups of rows of each region, and tell the progress once each is drawn."""
         if not progress.is_heard():
-            super().blend(*triangles)
+            yield from super()._pieces()
             return
-        target, row = self.target, 0
-        width, height = target.size
-        try:
-            progress.advance(0)
+        regions = ((0, 0, *self.target.size),) if self._regions is None else self._regions
+        pixels = sum(width * height for _, _, width, height in regions)
+        progress.advance(0)
+        for x, y, width, height in regions:
+            row = 0
             while row < height:
                 start, rows = time.perf_counter(), min(self._rows, height - row)
-                target.scissor = 0, row, width, rows
-                super().blend(*triangles)
+                yield x, y + row, width, rows
                 self.finish()
                 row += rows
                 seconds = time.perf_counter() - start
@@ -45,7 +45,4 @@ class PiecewiseCompositor(Compositor):
                     self._rows = max(self._rows // 2, _FEWEST_ROWS)
                 elif seconds < _PIECE:
                     self._rows *= 2
-                progress.within(rows / height)
-        finally:
-            target.scissor = None  # type: ignore[assignment]
-            target.use()
+                progress.within(rows * width / pixels)

@@ -16,7 +16,7 @@ def _parts(text: str) -> tuple[str, ...]:
     """Return names of annotation parts from "PART,PART"."""
     names = tuple(each.strip() for each in text.split(",") if each.strip())
     for name in names:
-        texts.choice(*PARTS)(name)
+        texts.Choice(*PARTS)(name)
     return names
 
 
@@ -29,7 +29,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         (
             *LOOK,
             SceneOption(
-                "classification", texts.choice(*CLASSIFICATION_CHOICES), "KIND",
+                "classification", texts.Choice(*CLASSIFICATION_CHOICES), "KIND",
                 "slab, extinction, post, integrated or auto (default): slab where its whole error is at most 1/255 rms "
                 "or twice that of post, and it is no dearer; else post",
             ),
@@ -64,7 +64,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         None,
         (
             SceneOption(
-                "projection", texts.choice("orthographic", "perspective"), "KIND",
+                "projection", texts.Choice("orthographic", "perspective"), "KIND",
                 "orthographic (default) or perspective",
             ),
             SceneOption(
@@ -75,7 +75,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption("fov", texts.number, "DEGREES", "angle from bottom to top, perspective (40)"),
             SceneOption("height", texts.number, "H", "world units from bottom to top, orthographic (what shows)"),
             SceneOption(
-                "view", texts.choice(*VIEWS), "SIDE",
+                "view", texts.Choice(*VIEWS), "SIDE",
                 f"side that is seen: {', '.join(VIEWS)}; of the body where the file knows it, else front is "
                 "at lower y, right at higher x, top at higher z (front, a little from one side and from above)",
             ),
@@ -83,7 +83,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
             SceneOption("elevation", texts.number, "DEGREES", "rise of the eye above that of --view, or of the front"),
             SceneOption("zoom", texts.zoom, "FACTOR", "everything so many times as large, about the middle (1)"),
             SceneOption(
-                "fit", texts.choice("content", "box"), "WHAT",
+                "fit", texts.Choice("content", "box"), "WHAT",
                 "what fills the picture where no --eye, --target or --height says it: content (default), 99 %% of what "
                 "shows, in nine tenths of the picture; or box, all of the volume",
             ),
@@ -181,7 +181,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
         None,
         (
             SceneOption(
-                "mode", texts.choice(*MODES), "MODE",
+                "mode", texts.Choice(*MODES), "MODE",
                 "composite (default): emission and absorption; xray, mip, minip, average: the value's integral, "
                 "maximum, minimum or average along each ray; isosurface: the first surface of --isovalue",
             ),
@@ -201,7 +201,7 @@ GROUPS: tuple[tuple[str, str | None, tuple[SceneOption | OfAdded, ...]], ...] = 
                 "numbers from black to white in 8-bit pictures of xray, mip, minip and average",
             ),
             SceneOption(
-                "coloring", texts.choice(*COLORINGS), "HOW",
+                "coloring", texts.Choice(*COLORINGS), "HOW",
                 "colours of 8-bit pictures of xray, mip, minip and average: grey (default), or tf, the colours of the "
                 "transfer function (default if --tf is given and --window is not)",
             ),

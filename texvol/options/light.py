@@ -28,6 +28,7 @@ from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
 
 AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
+WORDS = ("head", *LIGHT_SETS, AMBIENT, DEPTH, NO_LIGHT)  # lights that need no numbers
 SHADING = ("ambient", "diffuse", "specular", "shininess", "two-sided", "fade", "shadows")
 _LIGHT_FORMS = (
     "head, directional:X,Y,Z, X,Y,Z, point:X,Y,Z (each may end with :R,G,B or :I, a point light also with :COLOR:K), "

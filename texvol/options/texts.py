@@ -305,16 +305,17 @@ def crop_box(text: str) -> tuple[Range, Range, Range]:
     return made(lambda: checked_crop((ends[0:2], ends[2:4], ends[4:6])))
 
 
-def choice(*allowed: str) -> Callable[[str], str]:
-    """Return a converter that accepts only these words."""
+class Choice:
+    """Converter that accepts only some `words`."""
 
-    def choose(text: str) -> str:
-        if text not in allowed:
-            near = did_you_mean(text, allowed)
-            raise argparse.ArgumentTypeError(f"must be one of {', '.join(allowed)}, got {text!r}{near}")
+    def __init__(self, *words: str) -> None:
+        self.words = words
+
+    def __call__(self, text: str) -> str:
+        if text not in self.words:
+            near = did_you_mean(text, self.words)
+            raise argparse.ArgumentTypeError(f"must be one of {', '.join(self.words)}, got {text!r}{near}")
         return text
-
-    return choose
 
 
 def with_negative_values(line: Sequence[str]) -> list[str]:

@@ -43,7 +43,8 @@ _SETTINGS: dict[str, Any] = {
         str(each.type)
     ]
     for each in fields(Settings)
-}
+    if each.name != "regions"  # of a pass, not of a picture
+} | {"max_error": _NUMBER}
 _MOST_SHOWN = 200  # characters of a quoted text, enough for a path
 
 T = TypeVar("T")

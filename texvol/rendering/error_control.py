@@ -48,6 +48,9 @@ _COARSEST_RATE, FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
 AnyScene = TypeVar("AnyScene", bound=Scene)
 Draw = Callable[[float], NDArray[np.float32]]  # slab thickness → picture
 Size = tuple[int, int]
+Region = tuple[int, int, int, int]  # x, y, width, height in pixels, from the lower left corner
+Passes = tuple[tuple[float, tuple[Region, ...] | None], ...]  # thicknesses, and where they are
+ByTiles = tuple[float | None, Passes]  # error that was asked for and passes, if tiles differ
 DrawScene = Callable[[CompleteScene, Size, Settings], NDArray[np.float32]]
 
 
@@ -60,6 +63,8 @@ class Choice:
     reached: bool  # True if the estimate is within the limit
     picture: NDArray[np.float32]
     begin: Begin  # rates for a picture of the same scene in another size
+    # Thicknesses of parts of the picture, and the regions that have each (None: all), if they are not the same.
+    passes: Passes = ()
 
 
 @dataclass(frozen=True)
@@ -295,7 +300,7 @@ def rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> flo
 
 def if_finite(estimate: float | None) -> float | None:
     """Return the estimate, or None if it is not finite, for JSON."""
-    return estimate if estimate is not None and np.isfinite(estimate) else None
+    return float(estimate) if estimate is not None and np.isfinite(estimate) else None
 
 
 def smaller(size: Size) -> Size:

@@ -4,14 +4,8 @@ A reference, see `error_control`, costs more than the picture itself. So it is d
 picture of the same view. Slabs have to be as thin at least as they are there, since the largest error of all rays is
 hardly smaller than that of few; and a spike of the transfer function that all slabs pass over is found there.
 
-Where the error is largest among all pixels is known from three pictures I(4d), I(2d), I(d). The coarser ones take three
-quarters of the time of the last one. With the order that they show,
-
-    p = log2(max |I(4d) - I(2d)| / max |I(2d) - I(d)|),    e(d) <= SAFETY · max |I(2d) - I(d)| / (2^p - 1)
-
-p is at least 1, as in `error_control`, and at most what pictures of a classification can be trusted with: thicker slabs
-may lose what makes the error of thin ones. Slabs are halved, with one more picture each time, until both estimates are
-within the limit.
+The other pixels are held against coarser pictures of themselves, tile by tile, see `tiles`: each tile has a ray of the
+small picture in it.
 
 All pixels are held against the reference, as before, where the largest error may be that of a few lonely rays: by
 slabs thicker than the spacing, which are drawn in no time; and by `post` with a transfer function that changes within
@@ -35,20 +29,22 @@ from texvol.rendering.error_control import (
     SAFETY,
     Begin,
     Choice,
-    Draw,
     DrawScene,
     Size,
     converging,
     finest_rate,
-    largest_difference,
     rounding_in,
     rounding_of,
     smaller,
     thickness_for_error,
 )
-from texvol.rendering.settings import Settings
+from texvol.rendering.pictures import Pictures
+from texvol.rendering.settings import Settings, checked_slicing, checked_target, checked_termination
+from texvol.rendering.streaming.kinds import drawable
+from texvol.rendering.tiles import LONELY, Tiles, refined
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import CompleteScene, Scene
+from texvol.slicing.slabs import Slicing
 from texvol.textures.value_storage import bulk_of
 from texvol.util import progress
 from texvol.util.errors import AccuracyWarning, NoRoomError
@@ -61,6 +57,8 @@ _MARGIN = 1.25  # of the error of few pixels, which miss the largest one: the pi
 _FEW = 8  # times fewer pixels along each side of a small picture, but
 _LEAST_FEW = 48  # are as many at least
 _MOST_TERMINATION = 1 / 8  # of the limit: no difference of two pictures shows where rays end
+Notes = dict[float, tuple[dict[str, float], int]]  # seconds of pictures by step, and bricks, by thickness
+
 _USUAL_ORDER = 1.5  # of the error, for the forecast of a search
 _FORESEEN = 0.25  # fraction of the time of a search that goes into small pictures
 
@@ -71,73 +69,15 @@ def fewer(size: Size) -> Size:
     return width, height
 
 
-def extrapolated(before: float, last: float, most_order: float) -> float:
-    """Estimate the error of a picture from two differences of pictures.
-
-    Parameters
-    ----------
-    before : float
-        Largest difference of the pictures of four times and of twice the thickness.
-    last : float
-        Largest difference of the picture of twice the thickness and the picture itself.
-    most_order : float
-        Largest order of the error that is believed.
-    """
-    if not 0 < last < np.inf:
-        return last
-    order = np.clip(np.log2(max(before, last) / last), ORDER, most_order)
-    return float(SAFETY * last / (2.0**order - 1))
-
-
-def refined(
-    draw: Draw,
-    spacing: float,
-    begin: Begin,
-    wanted: float,
-    known: Callable[[NDArray[np.float32]], float],
-    least: float,
-    most_order: float,
-    finest: float = FINEST_RATE,
-) -> Choice:
-    """Halve the slabs until the error that coarser pictures show is at most `wanted`.
-
-    Parameters
-    ----------
-    draw : callable
-        Draws the scene at a slab thickness in world units.
-    spacing : float
-        Smallest spacing, world units.
-    begin : Begin
-        Rate at which slabs are thin enough for few pixels.
-    known : callable
-        Returns the part of a picture's error that does not depend on its slabs.
-    least : float
-        Error of few pixels, all parts of it.
-    most_order : float
-        See `extrapolated`.
-    finest : float
-        Largest rate.
-    """
-    rate, coarser = begin.rate, draw(2 * spacing / begin.rate)
-    before = largest_difference(draw(4 * spacing / begin.rate), coarser)
-    while True:
-        picture = draw(spacing / rate)
-        last = largest_difference(coarser, picture)
-        error = max(extrapolated(before, last, most_order) + known(picture), least)
-        if error <= wanted or rate >= finest:
-            return Choice(spacing / rate, error, error <= wanted, picture, Begin(rate, begin.reference))
-        rate, coarser, before = 2 * rate, picture, last
-
-
 class ErrorSearch:
     """Search for slab thicknesses; it remembers the last rates found with a small picture.
 
     `draw` draws a scene with the settings, `draw_exactly` without the rounding and early termination in them;
-    `rounding` returns the error that the rounding of values adds to the scene that was drawn last.
+    `pictures_of` returns what draws a scene, and knows what error the rounding of values added when it was last drawn.
     """
 
-    def __init__(self, draw: DrawScene, draw_exactly: DrawScene, rounding: Callable[[CompleteScene], float]) -> None:
-        self._draw, self._draw_exactly, self._rounding = draw, draw_exactly, rounding
+    def __init__(self, draw: DrawScene, draw_exactly: DrawScene, pictures_of: Callable[[Scene], Pictures]) -> None:
+        self._draw, self._draw_exactly, self._pictures_of = draw, draw_exactly, pictures_of
         self._last: tuple[CompleteScene, tuple[Size, Settings, float], Choice] | None = None
 
     def foresee(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
@@ -163,7 +103,7 @@ class ErrorSearch:
             If the error cannot be reached.
         """
         choice = None
-        if _may_extrapolate(scene, size, settings, wanted):
+        if may_refine_tiles(scene, size, settings, wanted):
             with suppress(NoRoomError):  # thicker slabs need more margin around a brick
                 choice = self._extrapolated(scene, size, settings, wanted)
         choice = choice or self._held_against_reference(scene, size, settings, wanted)
@@ -181,22 +121,51 @@ class ErrorSearch:
 
         Where slabs are thicker than the spacing all pixels are held against the reference.
         """
+        tiles, lonely = Tiles(size, fewer(size)), _has_lonely_errors(scene)
         with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
-            few = self._search(scene, fewer(size), settings, wanted / _MARGIN)
+            few, of_few = self._by_few(scene, tiles.count, settings, wanted / _MARGIN)
         rate = few.begin.rate
         if rate < 1:
             return self._held_against_reference(scene, size, settings, wanted, few.begin)
         progress.expect(lambda: forecast.of_refining(scene, size, settings, rate))
         return refined(
-            lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
+            lambda thickness, regions: self._draw(
+                scene, size, replace(settings, slab_thickness=thickness, regions=regions)
+            ),
+            tiles,
             scene.smallest_spacing,
             few.begin,
             wanted,
-            lambda picture: self._rounding(scene) + rounding_in(picture) + settings.early_termination,
-            _MARGIN * few.estimated_error,
-            ORDER if _has_lonely_errors(scene) else _MOST_ORDER[scene.classification],
+            lambda picture: (
+                self._pictures_of(scene).rounding(scene) + rounding_in(picture) + settings.early_termination
+            ),
+            lambda rate: _MARGIN * of_few(rate),
+            ORDER if lonely else _MOST_ORDER[scene.classification],
             finest_rate(scene),
+            LONELY if lonely else 0.0,
         )
+
+    def _by_few(
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
+    ) -> tuple[Choice, Callable[[float], NDArray[np.float64]]]:
+        """Return the choice for a small picture, and a function that returns the error of its pixels at a rate."""
+        last: list[tuple[float, NDArray[np.float32]]] = []  # reference that was drawn last, by its rate
+
+        def kept(rate: float, picture: NDArray[np.float32]) -> None:
+            last[:] = [(rate, picture)]
+
+        few = self._search(scene, size, settings, wanted, kept=kept)
+        (finest, reference), alone = last[0], converging(scene) is not scene
+
+        def error(rate: float) -> NDArray[np.float64]:
+            thinner = replace(settings, slab_thickness=scene.smallest_spacing / rate)
+            picture = self._draw(scene, size, thinner) if rate != few.begin.rate else few.picture
+            off = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
+            halvings = max(float(np.log2(finest / rate)), 1.0)
+            return off * (1.0 if alone else SAFETY / (1 - 2.0 ** (-ORDER * halvings)))
+
+        own = max(few.estimated_error - float(error(few.begin.rate).max()), 0.0)
+        return few, lambda rate: error(rate) + own
 
     def _held_against_reference(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
@@ -209,9 +178,20 @@ class ErrorSearch:
         return self._search(scene, size, settings, wanted, begin)
 
     def _search(
-        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        wanted: float,
+        begin: Begin | None = None,
+        kept: Callable[[float, NDArray[np.float32]], None] = lambda rate, picture: None,
     ) -> Choice:
-        reference = converging(scene)
+        reference, spacing = converging(scene), scene.smallest_spacing
+
+        def draw_reference(thickness: float) -> NDArray[np.float32]:
+            picture = self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness))
+            kept(spacing / thickness, picture)
+            return picture
 
         def told(rate: float, excess: float) -> None:
             finer = min(rate * excess ** (1 / _USUAL_ORDER), FINEST_RATE)
@@ -219,20 +199,20 @@ class ErrorSearch:
 
         return thickness_for_error(
             lambda thickness: self._draw(scene, size, replace(settings, slab_thickness=thickness)),
-            lambda thickness: self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness)),
-            scene.smallest_spacing,
+            draw_reference,
+            spacing,
             wanted,
             begin,
             converges_alone=reference is not scene,
             finest=finest_rate(scene),
-            rounding=lambda: self._rounding(scene),
+            rounding=lambda: self._pictures_of(scene).rounding(scene),
             relative=rounding_of(scene),
             told=told,
         )
 
 
-def _may_extrapolate(scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> bool:
-    """True if coarser pictures tell the error: what all of them have in common is none, and there are fewer pixels."""
+def may_refine_tiles(scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> bool:
+    """Return True if coarser pictures tell the error: few rays know what they have in common, and are fewer."""
     in_memory = scene.mode == "composite" and not isinstance(scene.volume, LargeVolume)
     formats = settings.texture_format, settings.target_format, settings.slicing
     exact = formats == ("rgba32f", "rgba32f", "stacks") and settings.early_termination <= _MOST_TERMINATION * wanted
@@ -250,3 +230,23 @@ def _changes_fast(alone: CompleteScene) -> bool:
     changes = (np.diff(medium.extinctions) != 0) | (np.diff(medium.colors, axis=0) != 0).any(axis=1)
     narrowest = np.diff(medium.values)[changes].min(initial=np.inf)
     return bool(narrowest < _LONELY * (high - low))
+
+
+def searched(
+    scene: Scene, size: Size, max_error: float, slicing: Slicing
+) -> tuple[CompleteScene, Size, Settings, float]:
+    """Return what a search is asked by these arguments of `Renderer.render`."""
+    scene = drawable(scene, size)
+    complete = scene.completed(size)
+    termination, target = checked_termination(None, max_error), checked_target("auto")
+    slicing = checked_slicing(slicing, complete)
+    settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
+    return complete, size, settings, max_error
+
+
+def of_passes(notes: Notes, choice: Choice) -> tuple[dict[str, float], int]:
+    """Return the seconds and bricks of a chosen picture; seconds of all passes if its tiles differ."""
+    seconds, bricks = notes[choice.slab_thickness]
+    for step in ("draw", "read") if len(choice.passes) > 1 else ():
+        seconds[step] = sum(notes[thickness][0][step] for thickness, _ in choice.passes)
+    return seconds, bricks

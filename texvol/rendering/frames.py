@@ -21,6 +21,10 @@ class DrawsPictures(Protocol):
         """Arguments with which `render` draws the last picture again."""
 
     @property
+    def uniform_settings(self) -> dict[str, Any]:
+        """Arguments with which `render` draws the last scene again in slabs of one thickness, the thinnest of tiles."""
+
+    @property
     def attributes(self) -> dict[str, str]:
         """Attributes of the last picture's header."""
 
@@ -99,10 +103,11 @@ def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Ke
     kept: dict[str, Any] = {"texture_refinement": renderer.settings["texture_refinement"]}
     estimate = {}
     if accuracy.get("max_error") is not None:
-        names = ("slab_thickness", "texture_format", "target_format", "early_termination", "texture_refinement")
+        names = ("texture_format", "target_format", "early_termination", "texture_refinement")
         kept |= {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
         kept |= {name: renderer.settings[name] for name in names}
+        kept["slab_thickness"] = renderer.uniform_settings["slab_thickness"]  # of the thinnest slabs, if tiles differ
         estimate = {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
     elif accuracy.get("sampling_rate") is None and not isinstance(drawn.volume, LargeVolume):
-        kept["slab_thickness"] = renderer.settings["slab_thickness"]
+        kept["slab_thickness"] = renderer.uniform_settings["slab_thickness"]
     return Kept(accuracy | kept, drawn.classification, renderer.attributes, estimate)

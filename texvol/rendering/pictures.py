@@ -95,7 +95,8 @@ class PicturesInMemory:
         bricks = sum(len(drawn.textures.bricks) for drawn in drawing.volumes) if len(drawing.volumes) == 1 else 1
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            with progress.part(lambda: forecast.of_drawing(scene, size, settings), bricks):
+            part = progress.part(lambda: forecast.of_drawing(scene, size, settings), bricks)
+            with part, self.compositor.within(settings.regions):
                 self.bricks_drawn = draw(self.compositor, drawing, surfaces, settings.target_format)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         # The first draw compiles the programs: warm draws are the others.
@@ -109,7 +110,8 @@ class PicturesInMemory:
         # Light changes no opacity, and so no count.
         unlit = tuple(replace(drawn, lighting=None, light_transmittance=None) for drawn in drawing.volumes)
         drawing = replace(drawing, volumes=unlit, depth_cue=None, count=True, block=block)
-        draw(self.compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
+        with self.compositor.within(settings.regions):
+            draw(self.compositor, drawing, self.cache.surfaces(scene, size, settings), "rgba32f")
         return int(self.compositor.picture()[..., 0].sum(dtype=np.float64))
 
     def rounding(self, scene: CompleteScene) -> float:

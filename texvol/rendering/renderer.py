@@ -20,7 +20,8 @@ from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser, Classified
 from texvol.rendering.default_rate import DefaultRate
-from texvol.rendering.error_search import ErrorSearch
+from texvol.rendering.error_control import ByTiles
+from texvol.rendering.error_search import ErrorSearch, of_passes, searched
 from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.late_estimate import estimates
 from texvol.rendering.model_error import AskedOfModel
@@ -29,9 +30,8 @@ from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
 from texvol.rendering.settings import (
     Settings,
+    arguments_of,
     checked_slicing,
-    checked_target,
-    checked_termination,
     settings_asked_for,
 )
 from texvol.rendering.stats import sampled_slabs
@@ -83,11 +83,11 @@ class Renderer:
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            how = self._context, self._compositor, self._budget, (watch := Stopwatch())
-            self._pictures = AnyPictures(*how)
-        self._watch = watch
+            self._watch = Stopwatch()
+            self._pictures = AnyPictures(self._context, self._compositor, self._budget, self._watch)
         self._oracle: checking.Oracle | None = None  # in place of that in this process
         self._last: tuple[CompleteScene, Size, Settings] | None = None
+        self._by_tiles: ByTiles = None, ()  # of the last picture
         self._stats: dict[str, Any] = {}
         self._estimate: float | None = None  # of the last picture's error, once it is known
         self._model_error: float | None = None  # of its medium, beside that of post, likewise
@@ -101,7 +101,7 @@ class Renderer:
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
         self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
         self._quick_estimate: float | None = None  # of the last picture's error, by the choice of its rate
-        self._error_search = ErrorSearch(self._noted, self._exactly, self._rounding)
+        self._error_search = ErrorSearch(self._noted, self._exactly, self._pictures_of)
 
     def render(
         self,
@@ -138,8 +138,9 @@ class Renderer:
             that is drawn by post what its error needs, see `default_rate`.
         max_error : float
             Maximum absolute error of the linear picture against the integral of its classification, in place of
-            `slab_thickness`: the scene is drawn at several thicknesses to find one. If the error cannot be reached
-            there is an AccuracyWarning, and `stats` has the error that was.
+            `slab_thickness`: tiles of the picture are refined until each keeps it, or the scene is drawn at several
+            thicknesses to find one. If the error cannot be reached there is an AccuracyWarning, and `stats` has the
+            error that was.
         of : "own" or "post"
             Integral that `max_error` is of: that of the picture's own classification, or that of `post`. The latter
             also bounds the model error of `slab` and `extinction`, which thinner slabs leave as it is.
@@ -198,7 +199,7 @@ class Renderer:
         level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate, coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
-        self._unrefined, self._is_of_post = complete, of == "post"
+        self._unrefined, self._is_of_post, self._by_tiles = complete, of == "post", (None, ())
         with self._context:
             factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
@@ -209,7 +210,8 @@ class Renderer:
                 choice = self._error_search.choose(complete, size, settings, own_error - (settings.level_error or 0.0))
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
                 picture, self._estimate = choice.picture, choice.estimated_error + (settings.level_error or 0.0)
-                self._watch.seconds, pictures.bricks_drawn = self._notes[choice.slab_thickness]
+                self._watch.seconds, pictures.bricks_drawn = of_passes(self._notes, choice)
+                self._by_tiles = (own_error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
         self._last, self._quick_estimate = (complete, size, settings), self._default_rate.estimate
@@ -237,13 +239,8 @@ class Renderer:
 
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the choice for a sixteenth of the pixels and half of the error: a guess at what `render` takes."""
-        termination, target = checked_termination(None, max_error), checked_target("auto")
-        scene = drawable(scene, size := self._compositor.checked_size(size))
-        complete = scene.completed(size)
-        slicing = checked_slicing(slicing, complete)
-        settings = Settings(0.0, "rgba32f", target, termination, skip_empty=True, slicing=slicing)
         with self._context:
-            return self._error_search.foresee(complete, size, settings, max_error)
+            return self._error_search.foresee(*searched(scene, self._compositor.checked_size(size), max_error, slicing))
 
     def depth(self) -> NDArray[np.float64]:
         """Return the depth of the last picture's isosurface, shape (height, width).
@@ -308,7 +305,12 @@ class Renderer:
     @property
     def settings(self) -> dict[str, Any]:
         """Arguments with which `render` draws the last picture again, with every choice of accuracy made."""
-        return {name: value for name, value in vars(self._last[2]).items() if value is not None} if self._last else {}
+        return arguments_of(self._last[2], self._by_tiles[0]) if self._last else {}
+
+    @property
+    def uniform_settings(self) -> dict[str, Any]:
+        """Arguments with which `render` draws the last scene again in slabs of one thickness, the thinnest of tiles."""
+        return arguments_of(self._last[2]) if self._last else {}
 
     @property
     def seconds(self) -> dict[str, float]:
@@ -355,9 +357,6 @@ class Renderer:
         """Return what draws a scene."""
         return self._pictures.of(scene)
 
-    def _rounding(self, scene: CompleteScene) -> float:
-        return self._pictures_of(scene).rounding(scene)
-
     def _noted(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """Draw a candidate picture, and keep its seconds and bricks for the case that it is chosen."""
         picture = self._draw(scene, size, settings)
@@ -379,9 +378,9 @@ class Renderer:
         metadata |= {"bricks_drawn": drawn, "seconds": seconds}
         if self.chosen is not None:
             metadata["classification_reason"] = self.chosen.sentence
-        released = self._context.released
-        with nullcontext() if released else self._context:
-            metadata |= sampled_slabs(None if released else pictures.count, scene, size, settings)
+        passes = self._by_tiles[1] or ((settings.slab_thickness, None),)
+        with nullcontext() if (released := self._context.released) else self._context:
+            metadata |= sampled_slabs(None if released else pictures.count, scene, size, settings, passes)
         estimated = self._estimated_error(scene, size, settings)
         estimate = checking.at_least(estimated, None if self._is_of_post else self._check)
         metadata["estimated_error"] = error_control.if_finite(estimate)
@@ -393,7 +392,6 @@ class Renderer:
         if self._context.released:
             return self._estimate
         with self._context, suppress(NoRoomError):
-            assert self._unrefined is not None
-            how = self._draw, self._exactly, (scene, self._unrefined), size, settings, self._estimate
+            how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings, self._estimate
             self._estimate, self._model_error = estimates(self._pictures_of(scene), *how)
         return self._estimate

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -33,10 +34,21 @@ class Settings:
     level: int = 0  # of a large volume
     coarser_by_pixels: bool | None = None  # True if parts of it are as coarse as pixels show; `level` is the finest
     level_error: float | None = None  # that coarser levels of its parts may have
+    # Rectangles of the picture that are drawn, (x, y, width, height) in pixels from below, if not all of it is.
+    regions: tuple[tuple[int, int, int, int], ...] | None = None
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""
         return self.skip_empty and scene.mode in ("composite", "isosurface")
+
+
+def arguments_of(settings: Settings, max_error: float | None = None) -> dict[str, Any]:
+    """Return the arguments with which `Renderer.render` draws a picture again, by tiles if `max_error` found it."""
+    found = {name: value for name, value in vars(settings).items() if value is not None}
+    if max_error is not None:  # one thickness would draw another picture
+        del found["slab_thickness"]
+        found["max_error"] = max_error
+    return found
 
 
 def settings_asked_for(

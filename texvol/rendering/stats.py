@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from texvol.opengl.contexts import Context
+from texvol.rendering.error_control import Passes
 from texvol.rendering.modelled import modelled
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
@@ -54,16 +55,30 @@ def described_alike(
 
 
 def sampled_slabs(
-    count: Callable[[CompleteScene, Size, Settings], int] | None, scene: CompleteScene, size: Size, settings: Settings
-) -> dict[str, int | None]:
-    """Count the sampled slabs by drawing once more with `count`, and the slabs that the rays cross in the box."""
+    count: Callable[[CompleteScene, Size, Settings], int] | None,
+    scene: CompleteScene,
+    size: Size,
+    settings: Settings,
+    passes: Passes,
+) -> dict[str, Any]:
+    """Count the sampled slabs by drawing once more with `count`, and the slabs that the rays cross in the box.
+
+    Those that the rays cross are of the thinnest slabs, if the picture has several passes. `tiles` says then how many
+    pixels are drawn with slabs of which thickness.
+    """
+    each = [replace(settings, slab_thickness=thickness, regions=regions) for thickness, regions in passes]
     drawn: int | None
     if count is None:
         drawn = every = None
     elif scene.added:
-        drawn = count(scene, size, settings)
+        drawn = sum(count(scene, size, one) for one in each)
         every = count(scene, size, replace(settings, skip_empty=False, early_termination=0.0))
     else:
         every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
-        drawn = every if scene.mode in NUMBER_MODES else count(scene, size, settings)
-    return {"samples": drawn, "samples_total": every}
+        drawn = every if scene.mode in NUMBER_MODES else sum(count(scene, size, one) for one in each)
+    return {"samples": drawn, "samples_total": every} | ({"tiles": _tiles(passes)} if len(passes) > 1 else {})
+
+
+def _tiles(passes: Passes) -> list[dict[str, float]]:
+    areas = [sum(width * height for _, _, width, height in regions or ()) for _, regions in passes]
+    return [{"slab_thickness": thickness, "pixels": area} for (thickness, _), area in zip(passes, areas, strict=True)]

@@ -29,7 +29,8 @@ from texvol.scene.volume import Volume
 Numbers = NDArray[np.float64]
 
 _MOST_SAMPLES = 1 << 20
-_FINEST = 4  # values between neighbouring samples, along each axis
+_FINEST = 4  # values between neighbouring samples, along each axis, as long as they are
+_MOST_BETWEEN = 1 << 19
 _OPAQUE = 1e3  # optical depth of a cell of infinite extinction
 _NOTHING = 1e-5  # optical depth of a cell that counts as clear
 _NODES = 9  # values of a chunk's range that are classified
@@ -173,7 +174,7 @@ def _samples_of(volume: Volume, window: Sequence[tuple[int, int]]) -> _Samples:
     """
     counts = np.array([last - first for first, last in window])
     step = _steps(counts)
-    finer = int(np.clip(np.floor((_MOST_SAMPLES / counts.prod()) ** (1 / 3)), 1, _FINEST)) if max(step) == 1 else 1
+    finer = int(np.clip(np.floor((_MOST_BETWEEN / counts.prod()) ** (1 / 3)), 1, _FINEST)) if max(step) == 1 else 1
     if finer == 1 or (volume.dtype.kind == "f" and not np.isfinite(volume.values).all()):
         indices = [np.arange(first, last, each, dtype=float) for (first, last), each in zip(window, step, strict=True)]
         cut = tuple(slice(first, last, each) for (first, last), each in zip(window, step, strict=True))

@@ -179,7 +179,7 @@ def _box_of(content: Content, box: Volume) -> Volume:
     """Return the box around what shows, with the axes of the scene's box, that holds it from every side."""
     weights = content.amounts
     axes = box.direction / np.linalg.norm(box.direction, axis=0)
-    along = np.linalg.solve(axes, content.points.T)
+    along = np.einsum("nk,jk->jn", content.points, np.linalg.inv(axes))
     ends = np.array([_ends(each, weights, _CLEARLY, content.apart) for each in along])
     middle = content.about + axes @ ends.mean(axis=1)
     edges = np.maximum(np.ptp(ends, axis=1), 1e-6 * box.radius)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError
 
 MOST_ISOSURFACES = 8  # their values are held in registers
@@ -39,10 +40,7 @@ class Isosurface:
             raise InputError(f"isosurface: value must be finite, got {self.value!r}")
         object.__setattr__(self, "value", float(self.value))
         if self.color is not None:
-            color = np.asarray(self.color)
-            if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color < np.inf)).all():
-                raise InputError(f"isosurface: color must be three numbers of at least 0, got {self.color!r}")
-            object.__setattr__(self, "color", tuple(color.astype(np.float64).tolist()))
+            object.__setattr__(self, "color", linear_color(self.color, "isosurface: color"))
         if isinstance(self.opacity, bool) or not 0 < self.opacity <= 1:
             raise InputError(f"isosurface: opacity must be from above 0 to 1, got {self.opacity!r}")
         object.__setattr__(self, "opacity", float(self.opacity))

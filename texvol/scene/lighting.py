@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError
 
 LightKind = Literal["head", "directional", "point"]
@@ -87,9 +88,7 @@ class Light:
     def __post_init__(self) -> None:
         if self.kind not in LIGHT_KINDS:
             raise InputError(f"light: kind must be one of {', '.join(LIGHT_KINDS)}, got {self.kind!r}")
-        object.__setattr__(self, "color", _triple(self.color, "light: colour"))
-        if min(self.color) < 0:
-            raise InputError(f"light: colour must be three numbers of at least 0, got {self.color!r}")
+        object.__setattr__(self, "color", linear_color(self.color, "light: colour"))
         if self.fall_off is not None:
             if self.kind != "point":
                 raise InputError(f"light: only a point light falls off with distance, got kind {self.kind}")
@@ -190,9 +189,7 @@ class DepthCue:
     def __post_init__(self) -> None:
         if not 0 <= self.strength <= 1:
             raise InputError(f"depth cue: strength must be from 0 to 1, got {self.strength!r}")
-        object.__setattr__(self, "color", _triple(self.color, "depth cue: colour"))
-        if min(self.color) < 0:
-            raise InputError(f"depth cue: colour must be three numbers of at least 0, got {self.color!r}")
+        object.__setattr__(self, "color", linear_color(self.color, "depth cue: colour"))
         if self.near is not None and self.far is not None and not self.near < self.far:
             raise InputError(f"depth cue: near must be less than far, got {self.near:g} and {self.far:g}")
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
-import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.added_volume import AddedVolume, common_box
@@ -34,6 +33,7 @@ from texvol.scene.scene_checks import (
 from texvol.scene.shapes import Lines, Mesh
 from texvol.scene.transfer import NO_MEDIUM, TransferFunction, proposed_for
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError, check_type
 from texvol.util.late import ShownInNotebooks, late
 from texvol.util.suggestions import did_you_mean
@@ -60,7 +60,7 @@ class Scene(ShownInNotebooks):
         the volume as it is seen there: values that look like labels are labels. A TransferFunction alone is unlit.
     camera : Camera, optional
         By default what shows is framed, see `texvol.scene.framing`.
-    background : (r, g, b)
+    background : (r, g, b), name such as "white", or #RRGGBB
         Linear light behind the volume; it adds (1 - opacity) times itself to each pixel.
     classification : "auto", "slab", "extinction", "post" or "integrated"
         Content of the 3D texture, see `slab_texture`. "slab" and "extinction" apply the transfer function before
@@ -155,10 +155,7 @@ class Scene(ShownInNotebooks):
 
     def __post_init__(self) -> None:
         check_types(self)
-        background = np.asarray(self.background)
-        if background.shape != (3,) or background.dtype.kind not in "iuf" or not (background >= 0).all():
-            raise InputError(f"scene: background must be three numbers of at least 0, got {self.background!r}")
-        object.__setattr__(self, "background", tuple(background.astype(np.float64).tolist()))
+        object.__setattr__(self, "background", linear_color(self.background, "scene: background"))
         for name, known in (("classification", CLASSIFICATION_CHOICES), ("mode", MODES), ("coloring", COLORINGS)):
             if (chosen := getattr(self, name)) not in known:
                 raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")

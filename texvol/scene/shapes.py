@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError, is_number
 from texvol.util.kept_arrays import KeepsArrays
 
@@ -195,9 +196,9 @@ def _pairs_of(segments: Any, name: str) -> Any:
 
 
 def _check_look(shape: Shape) -> None:
-    color = np.asarray(shape.color)
-    if color.shape != (3,) or color.dtype.kind not in "iuf" or not ((color >= 0) & (color <= 1)).all():
+    color = linear_color(shape.color, f"{shape.name}: color")
+    if max(color) > 1:
         raise InputError(f"{shape.name}: color must be three numbers from 0 to 1, got {shape.color!r}")
-    object.__setattr__(shape, "color", tuple(map(float, color)))
+    object.__setattr__(shape, "color", color)
     if not (is_number(shape.opacity) and 0 < shape.opacity <= 1):
         raise InputError(f"{shape.name}: opacity must be above 0 and at most 1, got {shape.opacity!r}")

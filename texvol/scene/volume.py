@@ -22,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.scene.channel import Channel
 from texvol.scene.interchanged import Interchanged
 from texvol.scene.label_table import LabelTable
+from texvol.util.arrays import array_of
 from texvol.util.errors import InputError
 from texvol.util.kept_arrays import KeepsArrays, Unchanged, read_only
 
@@ -326,7 +327,7 @@ def _real_samples(values: ArrayLike, name: str) -> NDArray:
     # Who has a masked array has imported numpy.ma, and nobody else should wait for it.
     if "numpy.ma" in sys.modules and isinstance(values, np.ma.MaskedArray) and np.ma.is_masked(values):
         values = np.ma.filled(values.astype(np.float64), np.nan)  # what is masked is not there
-    samples = np.asarray(values)
+    samples = np.asarray(array_of(values))
     if samples.dtype == np.bool_:
         samples = samples.view(np.uint8)
     if samples.dtype.kind not in "iuf" or samples.dtype.itemsize > 8:

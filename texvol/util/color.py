@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
+
+from texvol.util.errors import InputError
 
 
 def srgb_from_linear(linear: NDArray) -> NDArray:
@@ -37,6 +40,30 @@ def color_of_text(text: str) -> tuple[float, float, float] | None:
         return None
     red, green, blue = linear_from_srgb(encoded).tolist()
     return red, green, blue
+
+
+def linear_color(color: ArrayLike, what: str) -> tuple[float, float, float]:
+    """Return a linear colour: three finite numbers of at least 0, or a text as `color_of_text` takes it.
+
+    Raises
+    ------
+    InputError
+        If it is none; `what` begins the message.
+    """
+    numbers = np.asarray(color_of_text(color) if isinstance(color, str) else color)
+    is_color = numbers.shape == (3,) and numbers.dtype.kind in "iuf"
+    if not is_color or not ((numbers >= 0) & (numbers < np.inf)).all():
+        wanted = "three numbers of at least 0, #RRGGBB or a name such as white"
+        raise InputError(f"{what} must be {wanted}, got {color!r}")
+    red, green, blue = numbers.astype(np.float64).tolist()
+    return red, green, blue
+
+
+def linear_colors(colors: Any, what: str) -> Any:
+    """Return colours, with those that are texts in linear light, see `linear_color`."""
+    if isinstance(colors, np.ndarray) or not any(isinstance(each, str) for each in colors):
+        return colors
+    return [linear_color(each, what) if isinstance(each, str) else each for each in colors]
 
 
 def _named(word: str) -> tuple[float, float, float] | None:

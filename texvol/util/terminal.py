@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import sys
 import threading
 import time
@@ -143,9 +144,21 @@ def status_line() -> Iterator[Callable[[str], None]]:
             progress.has_other = False
 
 
+# Exceptions of a library that stumbled over what it read, and does not say so.
+_STUMBLES = (LookupError, TypeError, AttributeError, AssertionError, ArithmeticError, struct.error)
+
+
 def library_reason(error: object) -> str:
     """Return the message of a library as one line of limited length."""
     return one_line(error, _LONGEST_REASON) or "no reason given"
+
+
+def fault_of(error: Exception) -> str:
+    """Return the message of a library's exception; one that was not meant for a reader is introduced."""
+    message = library_reason(error)
+    if isinstance(error, _STUMBLES):
+        return f"it is damaged, or not as its library expects ({type(error).__name__}: {message})"
+    return message if str(error) else type(error).__name__
 
 
 @contextmanager

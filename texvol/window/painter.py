@@ -66,7 +66,7 @@ class Painter:
         finally:
             os.close(file)
         self._sender = Sender(self._connection, self._shared)
-        listen = partial(self._listen, self._connection, self._newest)
+        listen = partial(self._listen, self._process, self._connection, self._newest)
         self._listener = threading.Thread(target=listen, daemon=True, name="texvol painter")
         self._listener.start()
 
@@ -94,7 +94,7 @@ class Painter:
         try:
             self._sender.send(Job(number, **job))
         except (BrokenPipeError, ConnectionError):
-            self._answers.append(Answer("failed", number, text=self._gone()))
+            self._answers.append(Answer("failed", number, text=_gone(self._process)))
         except OSError as error:  # no shared memory left for the arrays
             reason = writing.reason_of(error)
             self._answers.append(Answer("failed", number, text=f"cannot send the scene to be drawn: {reason}"))
@@ -124,24 +124,26 @@ class Painter:
         self._process.wait(_PATIENCE)
         self._listener.join(_PATIENCE)
 
-    def _listen(self, connection: Connection, newest: NDArray[np.int64]) -> None:
+    def _listen(self, process: subprocess.Popen[bytes], connection: Connection, newest: NDArray[np.int64]) -> None:
         try:
             while True:
                 self._answers.append(connection.recv())
                 self._wake()
         except (EOFError, OSError, TypeError, ValueError):  # closed by `close`, or the process has ended
-            if newest[0] != _CLOSED:
-                self._answers.append(Answer("failed", int(newest[0]), text=self._gone()))
+            if newest[0] not in (_CLOSED, 0):  # it had a job
+                self._answers.append(Answer("failed", int(newest[0]), text=_gone(process)))
                 with contextlib.suppress(Exception):
                     self._wake()
 
-    def _gone(self) -> str:
-        with contextlib.suppress(subprocess.TimeoutExpired):
-            self._process.wait(0.1)
-        return f"the painting process ended unexpectedly (status {self._process.poll()})"
+
+def _gone(process: subprocess.Popen[bytes]) -> str:
+    # It ends: a job that comes before it has would be lost.
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(_PATIENCE)
+    return f"the painting process ended unexpectedly (status {process.poll()})"
 
 
-def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen:
+def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen[bytes]:
     code = f"from texvol.window import painting; painting.serve({connection}, {newest}, {niceness})"
     return subprocess.Popen(
         [sys.executable, "-P", "-c", code],

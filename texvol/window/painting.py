@@ -22,6 +22,7 @@ from texvol.formats.pictures import image
 from texvol.opengl.piecewise import PiecewiseCompositor
 from texvol.output.export import PictureExport
 from texvol.rendering import error_control, forecast
+from texvol.rendering.error_search import may_refine_tiles, searched
 from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings, checked_termination
@@ -36,7 +37,7 @@ from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
 _OF_ONE_PICTURE = ("rest", "file")  # of other kinds, frames are counted
-_TOLD = 0.05  # seconds between two messages of progress
+_TOLD = 0.1  # seconds between two messages of progress
 _FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
 _OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
 
@@ -138,9 +139,9 @@ class JobRunner:
         return known == self._lit
 
     def _rest(self, job: Job) -> None:
-        """Draw three pictures: one slab per sample, then the accuracy that a small picture predicts, then `max_error`.
+        """Draw a picture of one slab per sample, and the picture that `texvol render --max-error` writes.
 
-        The last picture is the picture that `texvol render --max-error` writes; choosing its thickness takes seconds.
+        If that is not found by tiles, a picture of the accuracy that a small one predicts is drawn between them.
         """
         if isinstance(job.scene.volume, LargeVolume):
             self._rest_of_large(job)
@@ -156,6 +157,17 @@ class JobRunner:
             # The error counts as a fraction of the window from black to white.
             _, width = job.showing.window or found_window(first, job.scene)
             wanted *= width or 1.0
+        if not may_refine_tiles(*searched(job.scene, job.size, wanted, slicing)):
+            self._foreseen(job, wanted, start)
+        with warnings.catch_warnings(record=True) as missed:
+            warnings.simplefilter("always", AccuracyWarning)
+            picture = renderer.render(job.scene, job.size, max_error=wanted, slicing=slicing)
+        metadata = {"wanted_error": wanted, "estimated_error": renderer.estimate, "reached": not missed}
+        self._send(job, picture, start, **metadata)
+
+    def _foreseen(self, job: Job, wanted: float, start: float) -> None:
+        """Draw a picture of the accuracy that a small one predicts."""
+        renderer, slicing = self._renderer, job.accuracy.get("slicing", "stacks")
         with progress.span(_FIRST, forecast.of_foreseeing(job.scene.completed(job.size), job.size)):
             choice = renderer.foresee(job.scene, job.size, wanted, slicing)
         termination = checked_termination(None, wanted)
@@ -165,14 +177,9 @@ class JobRunner:
                 job.scene, job.size, **thickness, texture_format="rgba32f", early_termination=termination,
                 slicing=slicing,
             )  # fmt: skip
-        metadata = {"wanted_error": wanted, "reached": choice.reached}
+        metadata: dict[str, Any] = {"wanted_error": wanted, "reached": choice.reached}
         metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
         self._send(job, quick, start, final=False, **metadata)
-        with warnings.catch_warnings(record=True) as missed:
-            warnings.simplefilter("always", AccuracyWarning)
-            picture = renderer.render(job.scene, job.size, max_error=wanted, slicing=slicing)
-        metadata |= {"estimated_error": renderer.estimate, "reached": not missed}
-        self._send(job, picture, start, **metadata)
 
     def _rest_of_large(self, job: Job) -> None:
         """Draw pictures from coarse levels to the one that pixels show; how far the last ones differ is their error."""
@@ -231,7 +238,8 @@ class JobRunner:
             export = _export(job)
             shown = export.of(picture, job.scene, "window.png")
         scene, settings = job.scene.completed(job.size), self._renderer.settings
-        stacks = slicing.slab_stacks(scene.volume, scene.camera, settings["slab_thickness"], job.size)
+        thickness = self._renderer.uniform_settings["slab_thickness"]
+        stacks = slicing.slab_stacks(scene.volume, scene.camera, thickness, job.size)
         metadata |= {
             "settings": settings,
             "seconds": time.perf_counter() - start,

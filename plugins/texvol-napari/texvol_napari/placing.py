@@ -52,7 +52,9 @@ def camera_of(camera: Any, size: tuple[int, int]) -> Camera:
     return Camera.perspective(eye.tolist(), target.tolist(), up.tolist(), fov)
 
 
-def volume_of(layer: Any, values: NDArray[Any], axes: tuple[int, ...], flips: Numbers, **how: Any) -> texvol.Volume:
+def volume_of(
+    layer: Any, values: NDArray[Any], axes: tuple[int, ...], flips: Numbers, level: int = 0, **how: Any
+) -> texvol.Volume:
     """Return a volume of a layer's samples, where napari shows them.
 
     Parameters
@@ -64,13 +66,16 @@ def volume_of(layer: Any, values: NDArray[Any], axes: tuple[int, ...], flips: Nu
         Axes of the layer's data that are shown.
     flips : array of shape (3)
         See `flips_of`.
+    level : int
+        Of a layer with several, whose `downsample_factors` are the steps of its samples.
     """
     zero = np.zeros(layer.ndim)
+    factors = layer.downsample_factors[level] if layer.multiscale else np.ones(layer.ndim)
     origin = np.asarray(layer.data_to_world(zero), np.float64)
     columns = []
     for axis in axes[::-1]:
         step = zero.copy()
-        step[axis] = 1.0
+        step[axis] = factors[axis]
         columns.append((np.asarray(layer.data_to_world(step), np.float64) - origin)[list(axes[::-1])])
     matrix = flips[:, np.newaxis] * np.array(columns).T
     spacing = np.linalg.norm(matrix, axis=0)

@@ -21,9 +21,12 @@ from numpy.typing import NDArray
 from texvol import InputError, Lighting, Scene, TransferFunction
 from texvol.scene.transfer import label_function
 from texvol.util.color import linear_from_srgb
+from texvol.util.memory import free_memory
 from texvol_napari.placing import camera_of, flips_of, volume_of
 
 NUMBERS = ("mip", "minip", "average")
+_MEDIA = ("attenuated_mip", "translucent")
+_PART_OF_MEMORY = 0.1  # for the samples of a layer, beside which there are textures and copies
 _POINTS = 256  # of a colour map; napari's textures have as many colours
 _STEP = 0.8  # napari's step along a ray, in voxels (vispy's relative_step_size)
 _OPAQUE = 0.99  # opacity at which napari ends a ray
@@ -94,9 +97,10 @@ def translated(layers: Iterable[Any], camera: Any, dims: Any, size: tuple[int, i
         if not layer.visible:
             continue
         try:
-            axes, values = _samples(layer, dims)
+            axes, values, level = _samples(layer, dims)
             make: Callable[..., tuple[Part, list[str]]] = _labels if _is_a(layer, "Labels") else _image
-            part, further = make(layer, values, axes, flips_of(camera), look)
+            part, further = make(layer, values, level, axes, flips_of(camera), look)
+            further += [f"its level {level} of {len(layer.data)} is drawn"] * layer.multiscale
         except _LeftOutError as error:
             remarks.append(f"layer {layer.name!r} is left out: {error}")
             continue
@@ -114,38 +118,59 @@ def _is_a(layer: Any, kind: str) -> bool:
     return any(each.__name__ == kind for each in type(layer).__mro__)
 
 
-def _samples(layer: Any, dims: Any) -> tuple[tuple[int, ...], NDArray[Any]]:
-    """Return the shown axes (z, y, x) of a layer's data, and its samples at the point of the other axes."""
+def _samples(layer: Any, dims: Any) -> tuple[tuple[int, ...], NDArray[Any], int]:
+    """Return the shown axes (z, y, x) of a layer's data, its samples where the sliders are, and their level."""
+    axes = _axes(layer, dims)
+    level = _level(layer, axes)
+    data = layer.data[level] if layer.multiscale else layer.data
+    at = np.asarray(layer.world_to_data(np.asarray(dims.point, np.float64)))
+    if layer.multiscale:
+        at = at / layer.downsample_factors[level]
+    index: list[Any] = [slice(None)] * layer.ndim
+    for axis in set(range(layer.ndim)) - set(axes):
+        index[axis] = int(np.rint(at[axis]))
+        if not 0 <= index[axis] < data.shape[axis]:
+            raise _LeftOutError("it has no samples at the sliders' position")
+    values = np.asarray(data[tuple(index)])
+    return axes, values.astype(np.uint8) if values.dtype == bool else values, level
+
+
+def _axes(layer: Any, dims: Any) -> tuple[int, ...]:
+    """Return the shown axes (z, y, x) of a layer's data; _LeftOutError if the layer can't be drawn."""
     if not (_is_a(layer, "Image") or _is_a(layer, "Labels")):
         raise _LeftOutError(f"it must be of images or labels, got {type(layer).__name__}")
     if getattr(layer, "rgb", False):
         raise _LeftOutError("its samples must be numbers, got colours (rgb)")
     offset = len(dims.point) - layer.ndim  # layers have the last axes of the viewer
     axes = tuple(axis - offset for axis in dims.displayed)
-    if min(axes) < 0:
+    if len(axes) < 3 or min(axes) < 0:
         raise _LeftOutError(f"it must have the three axes that are shown, has {layer.ndim} axes")
     if str(layer.depiction) != "volume":
         raise _LeftOutError(f"depiction must be volume, got {layer.depiction}")
     if any(plane.enabled for plane in getattr(layer, "experimental_clipping_planes", ())):
         raise _LeftOutError("it must have no clipping planes")
-    data = layer.data[0] if layer.multiscale else layer.data
-    at = np.rint(layer.world_to_data(np.asarray(dims.point, np.float64))).astype(int)
-    index: list[Any] = [slice(None)] * layer.ndim
-    for axis in set(range(layer.ndim)) - set(axes):
-        if not 0 <= at[axis] < data.shape[axis]:
-            raise _LeftOutError("it has no samples at the sliders' position")
-        index[axis] = int(at[axis])
-    values = np.asarray(data[tuple(index)])
-    return axes, values.astype(np.uint8) if values.dtype == bool else values
+    return axes
+
+
+def _level(layer: Any, axes: tuple[int, ...]) -> int:
+    """Return the number of the finest level that fits into a part of the free memory; napari shows the coarsest."""
+    if not layer.multiscale:
+        return 0
+    room = free_memory() * _PART_OF_MEMORY
+    needed = [np.prod([float(data.shape[axis]) for axis in axes]) * data.dtype.itemsize for data in layer.data]
+    return next((level for level, count in enumerate(needed) if count <= room), len(needed) - 1)
 
 
 def _image(layer: Any, values: NDArray[Any], *place: Any) -> tuple[Part, list[str]]:
     """Return the part of an image layer, and what differs."""
-    axes, flips, look = place
+    level, axes, flips, look = place
     rendering, blending = str(layer.rendering), str(layer.blending)
     low, high = (float(each) for each in layer.contrast_limits)
-    volume = volume_of(layer, values, axes, flips)
-    remarks = [] if str(layer.interpolation3d) == "linear" else [f"drawn linear, not {layer.interpolation3d}"]
+    # Between samples only a medium may stay as it is.
+    is_nearest = str(layer.interpolation3d) == "nearest" and rendering in _MEDIA
+    volume = volume_of(layer, values, axes, flips, level, blocks=is_nearest)
+    as_shown = is_nearest or str(layer.interpolation3d) == "linear"
+    remarks = [] if as_shown else [f"drawn linear, not {layer.interpolation3d}"]
     more: dict[str, Any] = {}
     if rendering in NUMBERS:
         scene = Scene(volume, _colors(layer), look, mode=rendering, coloring="tf")  # type: ignore[arg-type]
@@ -186,8 +211,8 @@ def _colors(layer: Any, extinctions: Sequence[float] | NDArray[np.float64] | Non
 
 def _labels(layer: Any, values: NDArray[Any], *place: Any) -> tuple[Part, list[str]]:
     """Return the part of a layer of labels, and what differs."""
-    axes, flips, look = place
-    volume = volume_of(layer, values, axes, flips, labels=True)
+    level, axes, flips, look = place
+    volume = volume_of(layer, values, axes, flips, level, labels=True)
     found = np.unique(volume.values).tolist()
     colors, opacities = {}, {}
     for label in found:

@@ -152,24 +152,22 @@ def _segy() -> Iterator[Seed]:
 
 def _lif() -> bytes:
     dimensions = "".join(
-        f'<DimensionDescription DimID="{number}" NumberOfElements="{size}" Length="{1e-6 * size}" BytesInc="{inc}"/>'
+        f'<DimensionDescription DimID="{number}" NumberOfElements="{size}" Origin="0" Length="{1e-6 * size}" Unit="m" '
+        f'BytesInc="{inc}" BitInc="0"/>'
         for number, size, inc in ((1, 5, 2), (2, 4, 10), (3, 3, 40))
     )
     text = (
         '<LMSDataContainerHeader Version="2"><Element Name="own"><Children><Element Name="Series001">'
-        '<Memory Size="120"/><Data><Image><ImageDescription><Channels>'
-        '<ChannelDescription Resolution="16" BytesInc="0"/>'
+        '<Memory Size="120" MemoryBlockID="MemBlock_1"/><Data><Image><ImageDescription><Channels>'
+        '<ChannelDescription DataType="0" ChannelTag="0" Resolution="16" NameOfMeasuredQuantity="" Min="0" Max="1" '
+        'Unit="" LUTName="Gray" IsLUTInverted="0" BytesInc="0" BitInc="0"/>'
         f"</Channels><Dimensions>{dimensions}</Dimensions></ImageDescription></Image></Data></Element>"
         "</Children></Element></LMSDataContainerHeader>"
     ).encode("utf-16-le")
     label = "MemBlock_1".encode("utf-16-le")
-    head = struct.pack("<IIBI", 0x70, len(text) + 7, 0x2A, len(text) // 2 + 1) + b"\xff\xfe" + text
-    return (
-        head
-        + struct.pack("<IIBIBI", 0x70, 14 + len(label), 0x2A, 120, 0x2A, len(label) // 2)
-        + label
-        + VALUES.tobytes()
-    )
+    head = struct.pack("<IIBI", 0x70, len(text) + 5, 0x2A, len(text) // 2) + text
+    block = struct.pack("<IIBQBI", 0x70, 18 + len(label), 0x2A, 120, 0x2A, len(label) // 2) + label
+    return head + block + VALUES.tobytes()
 
 
 def _czi() -> Seed:

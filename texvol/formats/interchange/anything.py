@@ -11,6 +11,7 @@ from texvol.formats.interchange.medical import from_nibabel, from_sitk
 from texvol.formats.interchange.named import from_xarray
 from texvol.formats.interchange.vtk_images import from_pyvista
 from texvol.scene.volume import Volume
+from texvol.util.arrays import array_of
 from texvol.util.errors import InputError
 
 # Arrays of these packages are read part by part, when they are asked for.
@@ -47,7 +48,7 @@ def volume_of(thing: Any, **told: Any) -> Volume:
         from texvol.formats.stores.arrays import open_array
 
         return _converted(open_array, thing, told)
-    return _converted(Volume, _array_of(thing), told)
+    return _converted(Volume, array_of(thing), told)
 
 
 def _converted(convert: Any, thing: Any, told: dict[str, Any]) -> Volume:
@@ -59,25 +60,6 @@ def _converted(convert: Any, thing: Any, told: dict[str, Any]) -> Volume:
         name = str(error).rpartition("argument ")[2]
         raise InputError(f"{name} does not go with {type(thing).__name__}, which says it itself") from None
     return volume
-
-
-def _array_of(thing: Any) -> Any:
-    """Return an array without a copy where the library allows; arrays of other devices come by DLPack."""
-    if isinstance(thing, np.ndarray | list | tuple) or hasattr(thing, "__array_interface__"):
-        return thing
-    if hasattr(thing, "__dlpack__"):
-        try:
-            return np.from_dlpack(thing)
-        except (BufferError, RuntimeError, TypeError) as error:
-            if not hasattr(thing, "__array__"):
-                reason = " ".join(str(error).split())
-                raise InputError(
-                    f"array must be in the processor's memory, got {type(thing).__name__}: {reason}"
-                ) from None
-    if not hasattr(thing, "__array__"):
-        wanted = "a path, a Volume, an array, or an image of xarray, nibabel, SimpleITK or pyvista"
-        raise InputError(f"a volume must be {wanted}, got {type(thing).__name__}")
-    return thing
 
 
 def _is_xarray(thing: Any) -> bool:

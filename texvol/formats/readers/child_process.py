@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, NoReturn
 
 from texvol.formats.readers.samples import FileFault
-from texvol.util.terminal import library_reason
+from texvol.util.terminal import fault_of, library_reason
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -112,8 +112,10 @@ def check_survived(attempt: Callable[[], object]) -> None:
         try:
             attempt()
             output.send_bytes(b"")
+        except FileFault as fault:
+            output.send_bytes(library_reason(fault).encode())
         except Exception as error:
-            output.send_bytes(f"cannot be read: {library_reason(error)}".encode())
+            output.send_bytes(f"cannot be read: {fault_of(error)}".encode())
 
     with forked(work) as child:
         try:

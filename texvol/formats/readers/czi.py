@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.child_process import check_survived
-from texvol.formats.readers.microscopy import channels_of, chosen_image, spacing_of, stack
+from texvol.formats.readers.microscopy import chosen_image, of_channel, spacing_of, stack
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_unpacked
 
 _TYPES = {"Gray8": "u1", "Gray16": "u2", "Gray32Float": "f4"}
@@ -29,9 +29,7 @@ def read(path: str, choice: Choice) -> Samples:
 
         values, channel = stack(sizes, dtype, choice, plane)
         described = _metadata(file)
-    channels = channels_of(*_channels(described, sizes["C"]))
-    named = channels[channel] if channels else None
-    return Samples(values, **_spacing(described), channels=channels, channel=named)
+    return Samples(values, **_spacing(described), **of_channel(channel, sizes["C"], *_channels(described, sizes["C"])))
 
 
 def _described(path: str, choice: Choice) -> None:

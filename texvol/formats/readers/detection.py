@@ -287,6 +287,8 @@ def _unpacked_head(head: bytes) -> bytes:
 def _format_of_folder(path: str) -> str:
     """Return Zarr, DICOM or TIFF, by the files of a folder."""
     names = sorted(os.listdir(path))
+    for name in names:
+        reach.check(os.path.join(path, name))  # it may be a link
     if path.rstrip("/").lower().endswith(".zarr") or {".zgroup", ".zarray", "zarr.json", ".zattrs"} & set(names):
         return "Zarr"
     files = [name for name in names if not name.startswith(".") and os.path.isfile(os.path.join(path, name))]

@@ -65,7 +65,7 @@ def _frames(one: Slice) -> Iterator[NDArray]:
         decoder = get_decoder(dataset.file_meta.TransferSyntaxUID)
         count = 0
         for pixels, _ in islice(decoder.iter_array(dataset), one.frames):
-            yield pixels if pixels.dtype.kind == "f" else pixels.astype(one.dtype, copy=False)
+            yield pixels.astype(one.dtype, copy=False)
             count += 1
     except Exception as error:
         raise _unreadable(one, error) from error

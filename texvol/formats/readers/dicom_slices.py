@@ -31,6 +31,7 @@ _GROUPS = {
 }
 
 _MOST_FRAMES = 2**16  # of a file
+_PARAMETRIC_MAP = "1.2.840.10008.5.1.4.1.1.30"
 
 # Fields that order slices at one position, most significant first.
 _ORDER = (
@@ -156,8 +157,15 @@ def _value_unit(header: Any, frame: int) -> str:
     return "HU" if may_be_negative and _found(header, frame, "RescaleIntercept") is not None else ""
 
 
-def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
+def _padding(header: Any, dtype: np.dtype) -> tuple[float, float] | None:
     """Return smallest and largest stored value of padding, or None (DICOM PS3.3, C.7.5.1.1.2)."""
+    if dtype.kind == "f":
+        prefix = "Double" if dtype.itemsize == 8 else ""
+        value, limit = (header.get(f"{prefix}FloatPixelPadding{word}") for word in ("Value", "RangeLimit"))
+        if value is None:
+            return None
+        low, high = sorted((float(value), float(value if limit is None else limit)))
+        return low, high
     value, limit = (header.get(key) for key in ("PixelPaddingValue", "PixelPaddingRangeLimit"))
     if value is None or value == "":
         return None
@@ -170,6 +178,9 @@ def _padding(header: Any, dtype: np.dtype) -> tuple[int, int] | None:
 def _stored_type(header: Any) -> tuple[np.dtype, int, int]:
     """Return the type of the stored pixels, the number of used bits, and the highest used bit."""
     allocated = int(header.get("BitsAllocated") or 0)
+    # Parametric maps have whole numbers or floats; only floats come without these fields (DICOM PS3.3, C.7.6.24).
+    if header.get("SOPClassUID") == _PARAMETRIC_MAP and "BitsStored" not in header and allocated in (32, 64):
+        return np.dtype(f"f{allocated // 8}"), allocated, allocated - 1
     if allocated not in (8, 16, 32):
         raise FileFault(f"BitsAllocated must be 8, 16 or 32, got {allocated}")
     bits = int(header.get("BitsStored") or allocated)

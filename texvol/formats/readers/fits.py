@@ -47,7 +47,9 @@ def read(path: str, choice: Choice) -> Samples:
         index = pick(axes, sizes[::-1], choice)
         kept = [size for size, part in zip(sizes[::-1], index, strict=True) if isinstance(part, slice)]
         check_size(kept, 8)
-        values = np.asarray(unit.section[index])
+        # Of a number among slices astropy's section keeps an axis of one sample: each part is a slice.
+        section = unit.section[tuple(part if isinstance(part, slice) else slice(part, part + 1) for part in index)]
+        values = np.asarray(section)[tuple(part if isinstance(part, slice) else 0 for part in index)]
         values = values.astype(real_type(values.dtype).newbyteorder("="), copy=False)
         values, notes = _without_blank(values, header, choice)
         spatial = [number for number, letter in enumerate(axes[::-1], 1) if letter in "XYZ"]
@@ -127,17 +129,8 @@ def _without_blank(values: NDArray, header: Any, choice: Choice) -> tuple[NDArra
 
 def _grid(header: Any, axes: Sequence[int]) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return the grid along the world axes of the same numbers, and notes."""
-    matrix, start = np.empty((3, 3)), np.empty(3)
-    has_matrix = any(re.fullmatch(r"CD\d_\d", str(key)) for key in header)
-    for row, world in enumerate(axes):
-        step = _number(header, f"CDELT{world}", 1.0)
-        for column, pixel in enumerate(axes):
-            same = 1.0 if world == pixel else 0.0
-            if has_matrix:
-                matrix[row, column] = _number(header, f"CD{world}_{pixel}", 0.0)
-            else:
-                matrix[row, column] = step * _number(header, f"PC{world}_{pixel}", same)
-        start[row] = _number(header, f"CRVAL{world}", 0.0)
+    matrix = _matrix(header, axes)
+    start = np.array([_number(header, f"CRVAL{world}", 0.0) for world in axes])
     first = np.array([1 - _number(header, f"CRPIX{axis}", 0.0) for axis in axes])  # pixels are counted from 1
     spacing, direction = grid_from_columns(matrix)
     units = [_word(header, f"CUNIT{axis}") for axis in axes]
@@ -155,6 +148,33 @@ def _grid(header: Any, axes: Sequence[int]) -> tuple[dict[str, Any], tuple[str, 
     if curved := [name for name in names if re.search(r"-[A-Z0-9]{3}$", name)]:
         notes.append(f"world coordinates are the linear ones: the projection of {', '.join(curved)} is not applied")
     return grid, tuple(notes)
+
+
+def _matrix(header: Any, axes: Sequence[int]) -> NDArray[np.float64]:
+    """Return the world steps of the pixel axes, one in each column: CD, or PC times CDELT, or CDELT turned by CROTA."""
+    pairs = [(row, column, f"{axes[row]}_{axes[column]}") for row, column in np.ndindex(3, 3)]
+    if any(re.fullmatch(r"CD\d_\d", str(key)) for key in header):
+        return np.array([_number(header, f"CD{pair}", 0.0) for *_, pair in pairs]).reshape(3, 3)
+    turns = np.array([_number(header, f"PC{pair}", float(row == column)) for row, column, pair in pairs]).reshape(3, 3)
+    steps = np.array([_number(header, f"CDELT{world}", 1.0) for world in axes])
+    if not any(re.fullmatch(r"PC\d_\d", str(key)) for key in header):
+        turns = _turned(header, axes)
+        return turns * steps  # the old convention scales before it turns
+    return steps[:, np.newaxis] * turns
+
+
+def _turned(header: Any, axes: Sequence[int]) -> NDArray[np.float64]:
+    """Return the rotation of the sky's two axes by CROTA of the latitude (Greisen, Calabretta 2002, section 6.1)."""
+    turns = np.eye(3)
+    names = [_word(header, f"CTYPE{axis}").partition("-")[0].upper() for axis in axes]
+    latitude = next((at for at, name in enumerate(names) if name == "DEC" or name.endswith("LAT")), None)
+    longitude = next((at for at, name in enumerate(names) if name == "RA" or name.endswith("LON")), None)
+    if latitude is None or longitude is None:
+        return turns
+    angle = np.radians(_number(header, f"CROTA{axes[latitude]}", 0.0))
+    turns[[longitude, latitude], [longitude, latitude]] = np.cos(angle)
+    turns[longitude, latitude], turns[latitude, longitude] = -np.sin(angle), np.sin(angle)
+    return turns
 
 
 def _number(header: Any, key: str, default: float) -> float:

@@ -18,7 +18,7 @@ from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, TexvolError, missing_extra
 from texvol.util.locations import absolute, public
-from texvol.util.terminal import library_reason
+from texvol.util.terminal import fault_of, library_reason
 
 # Arguments of `texvol.formats.readers.load` that a volume's source keeps.
 ARGUMENTS = tuple(name for name in Choice._fields if name not in ("memory", "counting", "kept"))
@@ -211,6 +211,4 @@ def named_faults(name: str, kind: str, extra: str) -> Iterator[None]:
     except ImportError as error:
         raise missing_extra(error.name or str(error), extra, f"{name}: reading {kind}") from error
     except Exception as error:  # libraries raise anything on malformed files
-        raise InputError(
-            f"{name}: cannot be read as {kind}: {library_reason(str(error) or type(error).__name__)}"
-        ) from error
+        raise InputError(f"{name}: cannot be read as {kind}: {fault_of(error)}") from error

@@ -18,12 +18,14 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.formats.readers.splitting import SHAPES
 from texvol.formats.readers.unstructured import Cells, Field, chosen_name, samples_of, tetrahedral
 from texvol.scene.tetrahedra import TetrahedralGrid
+from texvol.util import reach
 from texvol.util.terminal import library_reason
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 _PATIENCE, _PATIENCE_PER_BYTE = 5.0, 5e-6  # seconds: text is read some twenty times as fast
+_NAMED = re.compile(rb">\s*([^<>:]{1,1000})(?=:/|\s*<)")  # HDF5's before a path in it, others alone
 _LONGEST_XML = 2**26  # bytes in which an XDMF file names others
 # Bytes of memory for each byte of a file: a digit and a space in a text make a number in a list, of some 40 bytes, and
 # compressed data may unpack to as many.
@@ -91,7 +93,7 @@ def _read(path: str) -> _Mesh:
 
     meshio trusts the numbers in a file: there it may loop, exit, or ask for any memory, and HDF5 may crash.
     """
-    read_file, size = _reader_for(path), _size_of(path)
+    read_file, size = _reader_for(path), sum(map(os.path.getsize, _files_of(path)))
 
     def work(output: Connection) -> None:
         try:
@@ -117,15 +119,23 @@ def _read(path: str) -> _Mesh:
     return _unpacked(message)
 
 
-def _size_of(path: str) -> int:
-    """Return the bytes of a file, and of the HDF5 files that an XDMF file names."""
-    size = os.path.getsize(path)
+def _files_of(path: str) -> list[str]:
+    """Return a file, and the files with numbers that an XDMF file names.
+
+    Raises
+    ------
+    InputError
+        If one is out of reach, see `texvol.util.reach`.
+    """
+    files = [path]
     if path.lower().endswith((".xdmf", ".xmf")):
         with open(path, "rb") as file:
-            named = set(re.findall(rb">\s*([^<>:]{1,1000}):/", file.read(_LONGEST_XML)))
-        beside = (os.path.join(os.path.dirname(path), os.fsdecode(name)) for name in named)
-        size += sum(os.path.getsize(name) for name in beside if "\0" not in name and os.path.isfile(name))
-    return size
+            named = set(_NAMED.findall(file.read(_LONGEST_XML)))
+        beside = (os.path.join(os.path.dirname(path), os.fsdecode(name.strip())) for name in named)
+        files += [name for name in beside if "\0" not in name and os.path.isfile(name)]
+    for each in files:
+        reach.check(each)
+    return files
 
 
 def _limit_memory(size: int) -> None:

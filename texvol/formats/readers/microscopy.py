@@ -1,4 +1,7 @@
-"""Tools of the microscopes' formats: images of a file, planes of a stack, channels and lengths in micrometres."""
+"""Tools of the microscopes' formats: images of a file, planes of a stack, channels and lengths in micrometres.
+
+As of other images, the first channel is read where none is chosen, and all of them are described.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.channels import note, with_first
 from texvol.formats.readers.samples import Choice, FileFault, check_size, pick
 from texvol.scene.channel import Channel
 from texvol.util.color import linear_from_srgb
@@ -43,7 +47,7 @@ def stack(
         Returns the plane of a time step, channel and slice, shape (Y, X).
     """
     axes = [sizes[letter] for letter in "TCZYX"]
-    time, channel, *_ = pick("TCZYX", axes, choice)
+    time, channel, *_ = pick("TCZYX", axes, with_first("TCZYX", axes, choice))
     assert isinstance(time, int) and isinstance(channel, int)
     shape = (sizes["Z"], sizes["Y"], sizes["X"])
     check_size(shape, dtype.itemsize)
@@ -57,18 +61,32 @@ def stack(
 
 
 def spacing_of(lengths: Sequence[Any]) -> dict[str, Any]:
-    """Return spacing and unit of lengths x, y, z in micrometres; those that are not told are 1."""
-    known = [each is not None and np.isfinite(float(each)) and float(each) > 0 for each in lengths]
-    spacing = [float(each) if is_known else 1.0 for each, is_known in zip(lengths, known, strict=True)]
-    return {"spacing": spacing, "unit": "µm" if any(known) else ""}
+    """Return spacing, direction and unit of steps x, y, z in micrometres; those that are not told are 1.
+
+    A negative step is an axis that points the other way.
+    """
+    known = [each is not None and np.isfinite(float(each)) and float(each) != 0 for each in lengths]
+    steps = [float(each) if is_known else 1.0 for each, is_known in zip(lengths, known, strict=True)]
+    grid = {"spacing": np.abs(steps), "direction": np.diag(np.sign(steps))}
+    return {**grid, "unit": "µm" if any(known) else ""}
 
 
-def channels_of(names: Sequence[str], colors: Sequence[Any]) -> tuple[Channel, ...]:
-    """Return described channels of several; colours are three sRGB numbers from 0 to 1, or None."""
-    if len(names) < 2:
-        return ()
+def of_channel(number: int, count: int, names: Sequence[str], colors: Sequence[Any]) -> dict[str, Any]:
+    """Return fields of `Samples` of a channel of several: itself, all of them, and a note.
+
+    Parameters
+    ----------
+    count : int
+        Channels of the image. Names and colours that are not as many are those of something else, and ignored.
+    colors : sequence
+        Of each channel three sRGB numbers from 0 to 1, or None.
+    """
+    if count < 2:
+        return {}
+    if not len(names) == len(colors) == count:
+        names, colors = [""] * count, [None] * count
     found = []
-    for number, (name, color) in enumerate(zip(names, colors, strict=True)):
+    for each, (name, color) in enumerate(zip(names, colors, strict=True)):
         linear = None if color is None else linear_from_srgb(np.clip(np.array(color, np.float64), 0, 1)).tolist()
-        found.append(Channel(number, name, None if linear is None else (linear[0], linear[1], linear[2])))
-    return tuple(found)
+        found.append(Channel(each, name, None if linear is None else (linear[0], linear[1], linear[2])))
+    return {"channels": tuple(found), "channel": found[number], "notes": note(found, number)}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.child_process import check_survived
-from texvol.formats.readers.microscopy import channels_of, chosen_image, spacing_of, stack
+from texvol.formats.readers.microscopy import chosen_image, of_channel, spacing_of, stack
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_unpacked, real_type
 
 
@@ -32,8 +32,7 @@ def read(path: str, choice: Choice) -> Samples:
         named = [each.channel for each in getattr(file.metadata, "channels", None) or ()]
     names = [str(each.name) for each in named]
     colors = [_color(each.color) for each in named]
-    channels = channels_of(names, colors) if len(names) == sizes["C"] else ()
-    return Samples(values, **spacing_of(list(size)), channels=channels, channel=channels[channel] if channels else None)
+    return Samples(values, **spacing_of(list(size)), **of_channel(channel, sizes["C"], names, colors))
 
 
 def _described(path: str, choice: Choice) -> None:

@@ -25,14 +25,17 @@ def main() -> int:
         print(json.dumps(_read(pyopenvdb, path, name, samples, int(most))))
     except MemoryError:
         print(json.dumps({"fault": "reading it needs more memory than there is"}))
-    except Exception as error:
+    except (ValueError, OSError) as error:
         print(json.dumps({"fault": str(error) or type(error).__name__}))
+    except Exception as error:
+        reason = f"{type(error).__name__}: {error}"
+        print(json.dumps({"fault": f"it is damaged, or not as its library expects ({reason})"}))
     return 0
 
 
 def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
     """Write the samples of a grid, and return where they lie."""
-    name = _chosen([grid.name for grid in vdb.readAllGridMetadata(path)], name)
+    name = _chosen(_numbered([grid.name for grid in vdb.readAllGridMetadata(path)]), name)
     grid = vdb.read(path, name)
     kind = type(grid).__name__
     if kind not in ("FloatGrid", "DoubleGrid", "Int32Grid", "Int64Grid", "BoolGrid", "Vec3SGrid"):
@@ -52,6 +55,11 @@ def _read(vdb, path, name, samples, most):  # type: ignore[no-untyped-def]
     if str(grid.gridClass).lower() == "level set":
         notes.append("it is a level set: values are distances, negative inside")
     return {"sizes": sizes, "channels": channels, "origin": origin, "columns": columns, "notes": notes}
+
+
+def _numbered(names):  # type: ignore[no-untyped-def]
+    """Return names by which OpenVDB finds the grids: of several grids of one name, with a number."""
+    return [f"{name}[{names[:at].count(name)}]" if names.count(name) > 1 else name for at, name in enumerate(names)]
 
 
 def _chosen(names, name):  # type: ignore[no-untyped-def]

@@ -17,6 +17,7 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check
 
 _FEET = 2  # measurement system in the binary header
 _LENGTHS = (0, 1)  # coordinate units of a trace: not told, or lengths
+_FORMAT_AT, _FORMATS = 3224, 16  # byte of the code of the samples' format, and the largest code
 _OFF = 0.01  # of a bin, by which the far corner may lie elsewhere
 
 
@@ -25,7 +26,7 @@ def read(path: str, choice: Choice) -> Samples:
     check_survived(lambda: _described(path))
     import segyio
 
-    with segyio.open(path, mode="r") as file:
+    with segyio.open(path, mode="r", endian=_byte_order(path)) as file:
         shape = _shape(path, file)
         pick("ZYX", shape[::-1], choice)
         traces = np.asarray(file.trace.raw[:])
@@ -41,8 +42,17 @@ def read(path: str, choice: Choice) -> Samples:
 def _described(path: str) -> None:
     import segyio
 
-    with segyio.open(path, mode="r") as file:
+    with segyio.open(path, mode="r", endian=_byte_order(path)) as file:
         _shape(path, file)
+
+
+def _byte_order(path: str) -> str:
+    """Return the byte order by the code of the samples' format, which is at most 16: big-endian but in rare files."""
+    with open(path, "rb") as file:
+        file.seek(_FORMAT_AT)
+        code = file.read(2)
+    is_little = code[1:] == b"\0" and 1 <= code[0] <= _FORMATS
+    return "little" if is_little else "big"
 
 
 def _shape(path: str, file: Any) -> tuple[int, int, int]:
@@ -76,7 +86,7 @@ def _grid(file: Any, shape: tuple[int, int, int]) -> tuple[dict[str, Any], tuple
     length = "ft" if int(file.bin[3255]) == _FEET else "m"
     if corners is None:
         columns, origin, space = np.diag([1.0, 1.0, step]), np.array([0, 0, times[0]]), "crossline, inline, time (ms)"
-        notes.append("its traces have no coordinates: crosslines and inlines are 1 apart")
+        notes.append("its traces have no coordinates in lengths: crosslines and inlines are 1 apart")
     else:
         first, along, across, far = corners
         x = (along - first) / max(shape[0] - 1, 1)

@@ -15,6 +15,7 @@ from texvol.scene.picture_size import checked_size
 from texvol.scene.tetrahedra import TetrahedralGrid, barycentric_maps
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError, check_type
 
 # Of the diagonal of the box. Rays are moved so far, in a direction that is none of a usual grid: a ray in a face or
@@ -63,9 +64,7 @@ def raycast_tetrahedra(
     size = checked_size(size)
     if transfer_function.needs_gradient:
         raise InputError("transfer_function must not depend on the gradient for tetrahedra")
-    light = np.asarray(background)
-    if light.shape != (3,) or light.dtype.kind not in "iuf" or not (light >= 0).all():
-        raise InputError(f"background must be three numbers of at least 0, got {background!r}")
+    light = np.array(linear_color(background, "background"))
     camera = _framing(grid, size) if camera is None else camera
     check_type("camera", camera, Camera)
     picture, covered = _traced(grid, transfer_function, camera, size)

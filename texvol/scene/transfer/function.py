@@ -30,7 +30,8 @@ from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
 from texvol.scene.volume import Volume
 from texvol.util import text_files
-from texvol.util.errors import InputError
+from texvol.util.color import linear_colors
+from texvol.util.errors import InputError, check_type
 from texvol.util.kept_arrays import KeepsArrays, read_only
 from texvol.util.late import ShownInNotebooks, late
 
@@ -52,7 +53,7 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
     ----------
     values : array of shape (n,)
         Ascending; two equal values make a step.
-    colors : array of shape (n, 3)
+    colors : array of shape (n, 3), or sequence of (r, g, b), names and #RRGGBB
         Linear and straight. Associated: in [0, 1]. Emissive and premultiplied: emission per world unit, not negative.
     extinctions : array of shape (n,)
         Per world unit; from 0 to infinity.
@@ -92,14 +93,16 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
     if TYPE_CHECKING:  # what may be given, beside what is kept
 
         def __init__(
-            self, values: ArrayLike, colors: Sequence[Sequence[float]] | NDArray[Any], extinctions: ArrayLike,
+            self, values: ArrayLike, colors: Sequence[Sequence[float] | str] | NDArray[Any], extinctions: ArrayLike,
             emissive: bool = False, name: str = "transfer function", premultiplied: bool = False,
             modulation: Sequence[Sequence[float]] | NDArray[Any] | None = None, graded: Sequence[Graded] = (),
             contours: Sequence[Contour] = (), materials: Sequence[str] = (),
-            material_colors: Sequence[Sequence[float]] = (),
+            material_colors: Sequence[Sequence[float] | str] = (),
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
+        for field in ("colors", "material_colors"):
+            object.__setattr__(self, field, linear_colors(getattr(self, field), f"{self.name}: {field}"))
         for field in ("values", "colors", "extinctions"):
             object.__setattr__(self, field, read_only(np.array(getattr(self, field), dtype=np.float64)))
         for field in ("graded", "contours", "materials", "material_colors"):
@@ -123,10 +126,8 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
     def _check_numbers(self) -> None:
         if not np.isfinite(self.values).all():
             raise InputError(f"{self.name}: values must be finite")
-        if np.abs(self.values).max() > LARGEST_VALUE:
-            raise InputError(
-                f"{self.name}: values must be at most {LARGEST_VALUE:g} in size, so that their differences are finite"
-            )
+        if np.abs(self.values).max() > LARGEST_VALUE:  # so that their differences are finite
+            raise InputError(f"{self.name}: values must be at most {LARGEST_VALUE:g} in size")
         pieces.check_ascending(self.values, f"{self.name}: values", steps=True)
         if not (self.extinctions >= 0).all():  # NaN fails this too
             raise InputError(f"{self.name}: extinction must not be negative or NaN")
@@ -144,6 +145,7 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
     @classmethod
     def preset(cls, name: str, volume: Volume, materials: Sequence[str] | None = None) -> TransferFunction:
         """Return a preset in the units of a volume; InputError if there is none of that name."""
+        check_type("volume", volume, Volume)
         found: TransferFunction = late("preset", name, volume, materials)
         return found
 

@@ -13,7 +13,7 @@ from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.materials import Material, Pair, Triple, boundary
 from texvol.scene.transfer.units import Units
-from texvol.util.color import color_of_text
+from texvol.util.color import linear_color
 from texvol.util.errors import InputError
 
 # Lists of a file, and how a message calls an entry of each.
@@ -216,9 +216,7 @@ def colors(content: dict[str, Any], key: str) -> list[tuple[float, float, float]
 def _color(thing: Any, what: str) -> list[float]:
     """Return a linear colour: three numbers, or a name or #RRGGBB as a text."""
     if isinstance(thing, str):
-        if (named := color_of_text(thing)) is None:
-            raise InputError(f"{what} must be three numbers, #RRGGBB or a name such as white, got {thing!r}")
-        return list(named)
+        return list(linear_color(thing, what))
     return _numbers(thing, 3, what, "three numbers")
 
 

@@ -28,6 +28,7 @@ from texvol.window.panels import (
     overlay,
     parts,
     planes,
+    scrolling,
     slices,
     status,
     tiles,
@@ -71,6 +72,7 @@ def show(desk: Desk) -> None:
     copying.update(desk)
     browser.browse(desk)
     dialogs.ask(desk)
+    scrolling.drag(desk.panel_state)
     grips.drag(desk)
     cube.drag(desk)  # before marks are placed: a click on the cube is none on the picture
     measure_marks.act(desk)

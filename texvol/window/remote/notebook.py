@@ -21,6 +21,7 @@ from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.package import environment_of_child
 from texvol.window.remote.last_picture import LastPicture
+from texvol.window.remote.viewer import Pieces
 from texvol.window.stand_in import with_stand_ins
 
 _PATIENCE = 2.0  # seconds to wait for the end of a process that was told to end
@@ -136,6 +137,7 @@ class Cells:
 
     def __init__(self, window: Window, send: Any, last: LastPicture) -> None:
         self.window, self._send, self._last = window, send, last
+        self._pieces = Pieces()
         self._end = threading.Timer(0, self.window.close)
 
     def hear(self, message: Any) -> None:
@@ -162,9 +164,9 @@ class Cells:
             self._send({"error": content[1:].decode("utf-8", "replace")})
             return
         self._send({}, [content])
-        head, _, picture = content.partition(b"\n")
-        if b'"image/png"' in head:
-            self._last.take(picture)
+        picture = self._pieces.take(content)
+        if picture is not None and picture[0] == "image/png":
+            self._last.take(picture[1])
 
 
 def page_script() -> str:

@@ -1,9 +1,11 @@
 """One viewer of a window: its messages become events, and the newest frame becomes a JPEG or, at rest, a PNG.
 
 As many frames are under way as the link carries, see `texvol.window.remote.flow`; when another may be sent, it is the
-newest one. So a slow link shows fewer frames, and no old ones.
+newest one. So a slow link shows fewer frames, and no old ones. A PNG is sent in pieces, each of which counts as a
+frame: one that moves waits for a few of them at most, and what is left of the PNG is not sent.
 
-A packed frame is a line of JSON, and the picture. A message of the viewer is a JSON object with some of these keys:
+A packed frame is a line of JSON, and the picture; of a picture in pieces the line says how many are left, and the first
+one its type. A message of the viewer is a JSON object with some of these keys:
 
     begin    true: it is new, and has no frame yet
     drawn    number of the frame that it has drawn
@@ -31,6 +33,7 @@ from texvol.window.remote.flow import Flow
 
 SETTLED = 0.15  # seconds without another frame, after which the last one is sent again as a PNG
 _QUALITY = 85  # of a JPEG
+_PIECE = 1 << 15  # bytes of a PNG, as long as many a JPEG
 _KINDS = {"move", "button", "scroll", "key", "text", "focus"}  # others, such as files dropped, are none of a viewer's
 _MOST_SIDE = 1e12  # of a size that is asked for; Exchange sets the limit of what is given
 _MOST_AT_ONCE, _MOST_LETTERS, _MOST_PASTED = 256, 64, 1 << 16
@@ -47,6 +50,7 @@ class Viewer:
         self._flow = Flow()
         self._version, self._is_sharp = -1, False
         self._sent = Frame()
+        self._left: list[bytes] = []  # pieces of the PNG that is being sent
         self._held: dict[tuple[str, str], Event] = {}  # buttons and keys that are down
 
     def receive(self, text: str) -> None:
@@ -97,7 +101,7 @@ class Viewer:
     def _forget(self) -> None:
         """Send the newest frame again, as if none had been sent."""
         with self._exchange.changed:
-            self._version, self._is_sharp, self._sent, self._flow = -1, False, Frame(), Flow()
+            self._version, self._is_sharp, self._sent, self._flow, self._left = -1, False, Frame(), Flow(), []
             self._exchange.changed.notify_all()
 
     def next(self) -> bytes | None:
@@ -108,14 +112,26 @@ class Viewer:
                 exchange.changed.wait(None if math.isinf(left) else left)
             if self._gone or exchange.ended:
                 return None
-            frame, number = exchange.frame, self._number + 1
+            frame, self._number = exchange.frame, self._number + 1
+            self._flow.send(self._number)
             same = frame.pixels is self._sent.pixels
+            if exchange.version == self._version and self._left:
+                content = self._left.pop(0)
+                return _packed(_head(self._number, frame, frame) | {"left": len(self._left)}, content)
             is_sharp = exchange.version == self._version or (same and self._is_sharp)
             kind = "" if same and is_sharp == self._is_sharp else "png" if is_sharp else "jpeg"
-            self._flow.send(number)
-            self._version, self._number, self._is_sharp = exchange.version, number, is_sharp
-            before, self._sent = self._sent, frame
-        return _packed(number, frame, before, kind)
+            self._version, self._is_sharp = exchange.version, is_sharp
+            head, self._sent = _head(self._number, frame, self._sent), frame
+            self._left = self._left if same else []
+        if not kind:
+            return _packed(head)
+        head["type"] = f"image/{kind}"
+        if kind == "jpeg":
+            return _packed(head, _jpeg(frame))
+        content, *rest = _pieces(png(frame))
+        with exchange.changed:
+            self._left = rest
+        return _packed(head | {"left": len(rest)}, content)
 
     def _due(self) -> float:
         """Return the seconds until a frame is to be sent; infinite if that depends on others."""
@@ -124,7 +140,7 @@ class Viewer:
             return 0.0
         if not exchange.frame.pixels or not self._flow.is_open:
             return math.inf
-        if exchange.version != self._version:
+        if exchange.version != self._version or self._left:
             return 0.0
         return math.inf if self._is_sharp else exchange.changed_at + SETTLED - time.monotonic()
 
@@ -162,18 +178,38 @@ def _events(value: Any) -> list[Event]:
     return events
 
 
-def _packed(number: int, frame: Frame, before: Frame, kind: str) -> bytes:
-    """Return the message of a frame; `kind` is "png", "jpeg", or nothing if the viewer has the picture."""
+def _head(number: int, frame: Frame, before: Frame) -> dict[str, Any]:
     head: dict[str, Any] = {
         "frame": number, "size": frame.size, "cursor": frame.cursor, "title": frame.title, "typing": frame.typing,
     }  # fmt: skip
-    if frame.copied[0] != before.copied[0]:
-        head["copied"] = frame.copied[1]
-    content = b""
-    if kind:
-        head["type"] = f"image/{kind}"
-        content = png(frame) if kind == "png" else _jpeg(frame)
+    return head | ({"copied": frame.copied[1]} if frame.copied[0] != before.copied[0] else {})
+
+
+def _packed(head: dict[str, Any], content: bytes = b"") -> bytes:
+    """Return the message of a frame; without content if the viewer has the picture."""
     return json.dumps(head).encode() + b"\n" + content
+
+
+def _pieces(content: bytes) -> list[bytes]:
+    """Return pieces of about the same length: by how long each takes the link is measured."""
+    length = math.ceil(len(content) / math.ceil(len(content) / _PIECE))
+    return [content[start : start + length] for start in range(0, len(content), length)]
+
+
+class Pieces:
+    """Put together again what a viewer packs."""
+
+    def __init__(self) -> None:
+        self._type, self._taken = "", b""
+
+    def take(self, packed: bytes) -> tuple[str, bytes] | None:
+        """Take a message; return the type and the file of the picture that is complete with it, if one is."""
+        line, _, content = packed.partition(b"\n")
+        head = json.loads(line)
+        if "type" in head:
+            self._type, self._taken = head["type"], b""
+        self._taken += content
+        return (self._type, self._taken) if content and not head.get("left") else None
 
 
 def _jpeg(frame: Frame) -> bytes:

@@ -190,23 +190,25 @@ function texvolView(element, send, owns) {
     for (const down of [true, false]) put({kind: "key", name: "v", down, modifiers: ["ctrl"]});
   });
 
-  // Frames are drawn one after the other.
-  let drawing = Promise.resolve();
+  // Frames are drawn one after the other. A picture may come in several pieces; another one ends it.
+  let drawing = Promise.resolve(), pieces = [], type = "";
   async function draw(data) {
     const bytes = new Uint8Array(data instanceof DataView ? data.buffer.slice(data.byteOffset, data.byteOffset + data.byteLength) : data);
     const end = bytes.indexOf(10), head = JSON.parse(new TextDecoder().decode(bytes.subarray(0, end)));
-    if (head.type) {
-      const picture = await createImageBitmap(new Blob([bytes.subarray(end + 1)], {type: head.type}), {colorSpaceConversion: "none"});
+    if (head.type) { type = head.type; pieces = []; }
+    if (end + 1 < bytes.length) pieces.push(bytes.subarray(end + 1));
+    if (end + 1 < bytes.length && !head.left) {
+      const picture = await createImageBitmap(new Blob(pieces, {type}), {colorSpaceConversion: "none"});
       if (canvas.width !== picture.width || canvas.height !== picture.height) {
         canvas.width = picture.width; canvas.height = picture.height;
       }
       context.drawImage(picture, 0, 0);
       picture.close();
+      canvas.dataset.type = type;
     }
     size = head.size;
     canvas.style.cursor = CURSORS[head.cursor] || "default";
     canvas.dataset.frame = head.frame;
-    canvas.dataset.type = head.type || canvas.dataset.type;
     text.setAttribute("inputmode", head.typing ? "text" : "none");
     if (head.copied !== undefined && navigator.clipboard) navigator.clipboard.writeText(head.copied).catch(() => {});
     send({drawn: head.frame});

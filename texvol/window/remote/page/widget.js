@@ -31,8 +31,8 @@ function render({model, el}) {
   function take(message, buffers) {
     if (message.error) box.textContent = "texvol: error: " + message.error;
     else if (message.ask) come();
-    else if (buffers && buffers.length) view.take(buffers[0]).then(head => {
-      if (!head.type) return;
+    else if (buffers && buffers.length) view.take(buffers[0]).then(() => {
+      if (!view.canvas.dataset.type) return;  // no picture is whole yet
       still.remove();
       box.classList.add("texvol-shown");
     });
