@@ -174,3 +174,55 @@ def test_who_asks_for_names_has_labels_and_who_wants_none_has_none(tmp_path: Pat
 def test_a_folder_has_no_table(tmp_path: Path) -> None:
     written(tmp_path / "series" / "names.txt", FORMS["plain"])
     assert label_table_beside(tmp_path / "series") is None
+
+
+COLUMNS = {
+    "bids": "index\tname\tabbreviation\tcolor\tmapping\n"
+    "1\tleft lobe 2\tLL\t#ff0000\t1\n2\tNerf médian\tNM\t#00FF00\tn/a\n"
+    "7\t7th nerve\tn/a\t0000ff\t2\n9\tn/a\tn/a\tn/a\tn/a\n",
+    "slicer": "LabelValue,Name,Color_R,Color_G,Color_B,Color_A,Region_CodeMeaning\n"
+    '1,"left lobe 2",255,0,0,255,"Lobe, left"\n2,Nerf médian,0,255,0,255,\n7,7th nerve,0,0,255,255,\n',
+    "names": "index\tlabel\tlabel_7network\n1.0\tleft lobe 2\tVis_1\n2.0\tNerf médian\tn/a\n7.0\t7th nerve\tn/a\n",
+}
+
+
+@pytest.mark.parametrize("form", COLUMNS)
+def test_a_first_line_names_the_columns(tmp_path: Path, form: str) -> None:
+    entries = read_label_table(written(tmp_path / "t.tsv", COLUMNS[form])).entries
+    assert {label: entry.name for label, entry in entries.items()} == NAMES
+    colors = {label: entry.color and tuple(srgb_from_linear(np.array(entry.color))) for label, entry in entries.items()}
+    assert colors == (
+        dict.fromkeys(NAMES) if form == "names" else {each: pytest.approx(COLORS[each]) for each in NAMES}
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (
+            "index\tname\n1\ta\nx\tb\n",
+            "line 3 must have a whole number as label and a name of at most 200 letters, got 'x'",
+        ),
+        ("index\tname\tcolor\n1\ta\tred\n", "line 2: color must be #RRGGBB, got 'red'"),
+        (
+            "LabelValue,Name,Color_R,Color_G,Color_B\n1,a,0,0,256\n",
+            "line 2: colours must be whole numbers from 0 to 255",
+        ),
+        ("index\tname\n99999999\ta\n", "line 2: labels must be at most"),
+        ("index\tname\n", "must have a line with a label and a name"),
+    ],
+)
+def test_a_fault_below_named_columns_is_said_with_its_line(tmp_path: Path, text: str, fault: str) -> None:
+    path = written(tmp_path / "t.tsv", text)
+    with pytest.raises(InputError) as error:
+        read_label_table(path)
+    assert str(error.value).startswith(f"{path}: {fault}")
+
+
+def test_an_alpha_of_0_hides_nothing_where_most_have_it(tmp_path: Path) -> None:
+    """FreeSurfer's own table: 0 for nearly all labels, 255 for a few."""
+    few = "0 Unknown 0 0 0 0\n1 a 9 0 0 0\n2 b 0 9 0 0\n3 c 0 0 9 255\n"
+    assert all(entry.shown for entry in read_label_table(written(tmp_path / "f.txt", few)).entries.values())
+    most = "0 background 0 0 0 0\n1 a 9 0 0 0\n2 b 0 9 0 255\n3 c 0 0 9 255\n"
+    entries = read_label_table(written(tmp_path / "s.ctbl", most)).entries
+    assert [entry.shown for entry in entries.values()] == [False, False, True, True]

@@ -10,6 +10,8 @@ a header. All other lines have one form:
     1  255 0 0 255                    a line with label, red, green, blue, alpha
     1  liver                          label and name, and perhaps a number behind each name, as MRIcron has it
 
+or a first line names its columns, as in BIDS and newer tables of 3D Slicer, see `label_columns`.
+
 Commas, semicolons and tabs separate as spaces do. Colours are sRGB. A name has at least one letter, so that tables of
 numbers are no tables of labels.
 """
@@ -20,10 +22,11 @@ import itertools
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
+from texvol.formats import label_columns
+from texvol.formats.label_columns import LONGEST, Row, without_empty_alpha
 from texvol.scene.label_table import LabelEntry, LabelTable
 from texvol.scene.volume import LARGEST_LABEL
 from texvol.util import text_files
@@ -32,11 +35,11 @@ from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
 
 NONE = "none"  # in place of a file: no table, also if there is one beside the volume
-ENDINGS = (".txt", ".lut", ".ctbl", ".label", ".csv")
+ENDINGS = (".txt", ".lut", ".ctbl", ".label", ".csv", ".tsv")
 _MOST_BYTES = 1 << 22  # FreeSurfer's own table has 0.1 MB
 _MOST_FOUND_BYTES = 1 << 20  # of a file that nobody asked for
 _MOST_LISTED, _MOST_TRIED = 4096, 32  # files of a folder that are looked at, and that are read
-_LONGEST, _LONGEST_LINE = 200, 1000  # letters of a name, and of a line
+_LONGEST_LINE = 1000  # letters
 _PACKED = (".gz", ".bz2", ".xz", ".zip")
 _SEGMENTED = (".seg", ".label")  # before the ending of a volume's name
 
@@ -52,15 +55,6 @@ _PLAIN = re.compile(rf"{_LABEL}(?: ?[:=,;] ?| ){_NAME}")
 _FORMS = "'LABEL NAME', or those of ITK-SNAP, FreeSurfer, 3D Slicer, FSL or Connectome Workbench"
 
 
-class _Row(NamedTuple):
-    """Label with its name, its sRGB colour from 0 to 1, and its opacity; None for what the line does not have."""
-
-    label: int
-    name: str
-    color: tuple[float, float, float] | None = None
-    opacity: float | None = None
-
-
 def read_label_table(path: str | os.PathLike[str]) -> LabelTable:
     """Return the table of labels in a file.
 
@@ -69,10 +63,13 @@ def read_label_table(path: str | os.PathLike[str]) -> LabelTable:
     InputError
         If the file can't be read, or is no table of labels; the message names the line.
     """
-    lines = _lines(text_files.read_text(path, "a table of labels", _MOST_BYTES))
-    rows = _rows(lines)
+    text = text_files.read_text(path, "a table of labels", _MOST_BYTES)
+    try:
+        rows = _read(text)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if rows is None:
-        raise InputError(f"{path}: label names must be lines of one form, {_FORMS}; {_fault(lines)}")
+        raise InputError(f"{path}: label names must be lines of one form, {_FORMS}; {_fault(_lines(text))}")
     return _table(rows, os.fspath(path))
 
 
@@ -139,10 +136,18 @@ def _tried(path: str) -> LabelTable | None:
     if not os.path.isfile(path):
         return None
     try:
-        rows = _rows(_lines(text_files.read_text(path, "a table of labels", _MOST_FOUND_BYTES)))
+        rows = _read(text_files.read_text(path, "a table of labels", _MOST_FOUND_BYTES))
     except InputError:
         return None
     return None if rows is None else _table(rows, path, found=True)
+
+
+def _read(text: str) -> list[Row] | None:
+    """Return the rows of a text, by the names of its columns or by the form of its lines; None if it has neither."""
+    rows = label_columns.rows_of(text)
+    if rows is None:
+        rows = _rows(_lines(text))
+    return rows
 
 
 def _lines(text: str) -> list[tuple[int, str]]:
@@ -156,7 +161,7 @@ def _lines(text: str) -> list[tuple[int, str]]:
     return found[1:] if is_header else found
 
 
-def _rows(lines: list[tuple[int, str]]) -> list[_Row] | None:
+def _rows(lines: list[tuple[int, str]]) -> list[Row] | None:
     """Return the rows of the first form that all lines have; None if there is none."""
     texts = [line for _, line in lines]
     if not texts or max(map(len, texts)) > _LONGEST_LINE:
@@ -167,7 +172,7 @@ def _rows(lines: list[tuple[int, str]]) -> list[_Row] | None:
             return None
         rows = [row for row in map(convert, texts) if row is not None]
         if len(rows) == len(texts):
-            return _without_numbers(rows) if convert is _plain else rows
+            return _OF_ALL.get(convert, list)(rows)
     return _workbench(texts)
 
 
@@ -183,7 +188,7 @@ def _fault(lines: list[tuple[int, str]]) -> str:
     return f"line {number} is {shown_line(line)[:60]!r}"
 
 
-def _itk_snap(line: str) -> _Row | None:
+def _itk_snap(line: str) -> Row | None:
     found = _ITK_SNAP.fullmatch(line)
     if found is None:
         return None
@@ -191,7 +196,7 @@ def _itk_snap(line: str) -> _Row | None:
     return _row(label, name, _of_bytes(color), float(opacity) if int(visible) else 0.0)
 
 
-def _free_surfer(line: str) -> _Row | None:
+def _free_surfer(line: str) -> Row | None:
     found = _NAME_FIRST[0].fullmatch(line)
     if found is None:
         return None
@@ -199,12 +204,12 @@ def _free_surfer(line: str) -> _Row | None:
     return _row(label, name, _of_bytes([red, green, blue]), int(alpha) / 255)
 
 
-def _without_alpha(line: str) -> _Row | None:
+def _without_alpha(line: str) -> Row | None:
     found = _NAME_FIRST[1].fullmatch(line)
     return None if found is None else _row(found[1], found[2], _of_bytes(found.groups()[2:]))
 
 
-def _fsl(line: str) -> _Row | None:
+def _fsl(line: str) -> Row | None:
     found = _FSL.fullmatch(line)
     if found is None:
         return None
@@ -215,15 +220,15 @@ def _fsl(line: str) -> _Row | None:
     return _row(label, name, (numbers[0], numbers[1], numbers[2]))
 
 
-def _plain(line: str) -> _Row | None:
+def _plain(line: str) -> Row | None:
     found = _PLAIN.fullmatch(line)
     return None if found is None else _row(found[1], found[2])
 
 
-_LINE_FORMS: tuple[Callable[[str], _Row | None], ...] = (_itk_snap, _free_surfer, _without_alpha, _fsl, _plain)
+_LINE_FORMS: tuple[Callable[[str], Row | None], ...] = (_itk_snap, _free_surfer, _without_alpha, _fsl, _plain)
 
 
-def _workbench(texts: list[str]) -> list[_Row] | None:
+def _workbench(texts: list[str]) -> list[Row] | None:
     """Return the rows of pairs of lines: a name, and a label with its colour."""
     rows = []
     for name, numbers in zip(texts[::2], texts[1::2], strict=False):
@@ -232,17 +237,17 @@ def _workbench(texts: list[str]) -> list[_Row] | None:
         if row is None:
             return None
         rows.append(row)
-    return rows if rows and len(texts) % 2 == 0 else None
+    return without_empty_alpha(rows) if rows and len(texts) % 2 == 0 else None
 
 
 def _row(
     label: str, name: str, color: tuple[float, float, float] | None = None, opacity: float | None = None
-) -> _Row | None:
+) -> Row | None:
     """Return a row; None if the label is too large, the colour out of range, or the name has no letter."""
     name = shown_line(name.strip().strip("\"'").strip())
-    is_name = any(letter.isalpha() for letter in name) and len(name) <= _LONGEST
+    is_name = any(letter.isalpha() for letter in name) and len(name) <= LONGEST
     in_range = color is None or max(color) <= 1
-    return _Row(int(label), name, color, opacity) if is_name and in_range and abs(int(label)) <= LARGEST_LABEL else None
+    return Row(int(label), name, color, opacity) if is_name and in_range and abs(int(label)) <= LARGEST_LABEL else None
 
 
 def _of_bytes(color: Sequence[str]) -> tuple[float, float, float]:
@@ -250,7 +255,7 @@ def _of_bytes(color: Sequence[str]) -> tuple[float, float, float]:
     return red, green, blue
 
 
-def _without_numbers(rows: list[_Row]) -> list[_Row]:
+def _without_numbers(rows: list[Row]) -> list[Row]:
     """Return rows without the numbers behind the names, if all names are one word and have one."""
     words = [row.name.split() for row in rows]
     if not all(len(each) == 2 and each[1].isdigit() and re.search(r"[^\W\d]", each[0]) for each in words):
@@ -258,8 +263,13 @@ def _without_numbers(rows: list[_Row]) -> list[_Row]:
     return [row._replace(name=each[0]) for row, each in zip(rows, words, strict=True)]
 
 
-def _table(rows: list[_Row], source: str, *, found: bool = False) -> LabelTable:
-    # FreeSurfer writes an alpha of 0 for all labels and means that none is transparent.
+_OF_ALL: dict[Callable, Callable[[list[Row]], list[Row]]] = {
+    _plain: _without_numbers,
+    _free_surfer: without_empty_alpha,
+}
+
+
+def _table(rows: list[Row], source: str, *, found: bool = False) -> LabelTable:
     hides = any(row.opacity for row in rows)
     entries = {}
     for row in rows:

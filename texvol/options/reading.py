@@ -39,8 +39,8 @@ _OPTIONS = (
     SceneOption("labels", bool, "", "the values are labels: never interpolated, each with a colour of its own"),
     SceneOption(
         "label-names", texts.file_name, "FILE|none",
-        "names and colours of labels: a table of ITK-SNAP, FreeSurfer, 3D Slicer or FSL, or lines LABEL NAME (default: "
-        "the table beside the file)",
+        "names and colours of labels: a table of ITK-SNAP, FreeSurfer, 3D Slicer, FSL or BIDS, or lines LABEL NAME "
+        "(default: the table beside the file)",
     ),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),
