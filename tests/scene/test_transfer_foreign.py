@@ -220,18 +220,26 @@ def test_colours_alone_are_as_dense_as_a_colour_map(tmp_path: Path) -> None:
     assert "no opacities" in told
 
 
+@pytest.mark.parametrize("low", [0, -1])
+def test_colours_alone_of_no_volume_are_placed_as_paraview_does(tmp_path: Path, low: int) -> None:
+    content = [{"ColorSpace": "RGB", "RGBPoints": [low, 0, 0, 0, 1, 1, 1, 1]}]
+    found, told = noted(lambda: TransferFunction.load(written(tmp_path, "m.json", content), CUBE))
+    assert (found.values[0], found.values[-1]) == (0, 59)
+    assert "from the smallest to the largest sample" in told
+
+
 BAD = {
     "three.json": ([{"RGBPoints": [0, 1, 1]}], "RGBPoints must be a list of 4 numbers for each point, got 3"),
     "none.json": ([{"RGBPoints": []}], "RGBPoints must be a list of 4 numbers for each point, got 0"),
     "text.json": ([{"RGBPoints": [0, "red", 1, 1]}], "RGBPoints must be a number, got 'red'"),
     "space.json": ([{"RGBPoints": [0, 1, 1, 1], "ColorSpace": "Oklab"}], "ColorSpace must be one of RGB, HSV"),
-    "falls.json": ([{"RGBPoints": [1, 1, 1, 1, 0, 1, 1, 1]}], "values of RGBPoints must ascend, got 0 after 1"),
+    "falls.vp": ("1\n0\n1\n0\n0\n1\n4 1 0 0 0\n0\n8 1 1 1 1 0 1 1 1\n", "values of colours must ascend, got 0 after 1"),
     "over.json": ([{"RGBPoints": [1, 1, 1, 7]}], "RGBPoints must be from 0 to 1, got 1 to 7"),
     "two.json": (
         [{"RGBPoints": [], "Name": "a"}, {"RGBPoints": [], "Name": "b"}],
-        "must have one colour map, got 2: a, b",
+        "has 2 colour maps, and FILE::NAME takes one: a, b",
     ),
-    "list.json": ([{"IndexedColors": [1, 1, 1]}], "a list of colours for categories"),
+    "list.json": ([{"IndexedColors": [1, 1, 1]}], "colour map '?' is a list of colours for categories"),
     "log.json": ([{"RGBPoints": [0, 1, 1, 1], "UseLogScale": 1}], "above 0 with UseLogScale, got 0"),
     "empty.vp.json": ({"volumeProperties": []}, "volumeProperties must be an object"),
     "part.vp.json": ({"volumeProperties": [{"components": [{}]}]}, "grayTransferFunction must be an object"),
@@ -244,6 +252,7 @@ BAD = {
     "c.itf": ("<!DOCTYPE x [<!ENTITY a 'b'>]><x>&a;</x>", "must have no document type"),
     "a.clut": ("[INT]\nnumnodes=999999999\n", "numnodes must be from 1 to 65536"),
     "b.clut": ("[INT]\nnumnodes=1\n", "nodeintensity0 must be a number"),
+    "d.clut": ("[INT]\nnumnodes=1\nnodeintensity0=1\nnodergba0=1|2|x|4", "four whole numbers R|G|B|A, got '1|2|x|4'"),
     "c.clut": ("numnodes=1", "is not a colour table of MRIcroGL"),
     "a.1dt": ("0 0 0\n0 0 0 1", "line 1 must be red, green, blue and opacity"),
     "b.1dt": ("0 0 0 1", "at least 2 lines of red, green, blue and opacity, got 1"),
@@ -259,6 +268,79 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, name: str) -> None:
         TransferFunction.load(path, CUBE)
     message = str(caught.value)
     assert message.startswith(f"{path}: ") and reason in message and "\n" not in message
+
+
+def test_one_of_paraviews_colour_maps_is_taken_by_its_name(tmp_path: Path) -> None:
+    colors, opacities = nodes(3)
+    maps = [*paraview(colors[:2], opacities), *paraview(colors, opacities, Name="Cool, to: Warm")]
+    text = json.dumps(maps).replace("}]", "},]")  # as ParaView's own list ends
+    path = written(tmp_path, "maps.json", text)
+    found = TransferFunction.load(f"{path}::Cool, to: Warm", unit_distance=2.5)
+    check(found, of_vtk(colors, opacities, "RGB"), 2.5)
+    with pytest.raises(InputError, match="'Cool to warm' not found; did you mean 'Cool, to: Warm'"):
+        TransferFunction.load(f"{path}::Cool to warm", unit_distance=2.5)
+    with pytest.raises(InputError, match="no list of colour maps"):
+        TransferFunction.load(f"{written(tmp_path, 'own.json', {'points': []})}::own")
+    from texvol.options.looks import load_look
+
+    assert load_look(f"{path}::own", CUBE).name == "maps.json::own"
+
+
+def test_hues_go_the_longer_way_in_paraview_unless_it_says_otherwise(tmp_path: Path) -> None:
+    """Blue to red over green: ParaView leaves HSVWrap out where it is off, and VTK's own default is on."""
+    colors = np.array([[0, 0, 0, 1], [100, 1, 0, 0]])
+    opacities = np.array([[0, 0.5, 0.5, 0], [100, 0.5, 0.5, 0]])
+    path = written(tmp_path, "m.json", paraview(colors, opacities, ColorSpace="HSV"))
+    np.testing.assert_allclose(TransferFunction.load(path, unit_distance=1).at(50.0)[:3], [0, 1, 0], atol=LIGHT)
+
+
+def test_points_out_of_order_are_sorted_as_vtk_and_slicer_do(tmp_path: Path) -> None:
+    colors, opacities = nodes(3, shaped=True)
+    files = {"m.json": paraview(colors[::-1], opacities[::-1]), "m.vp.json": slicer(colors[::-1], opacities[::-1])}
+    for name, content in files.items():
+        found = TransferFunction.load(written(tmp_path, name, content), unit_distance=2.5)
+        check(found, of_vtk(colors, opacities, "RGB"), 2.5)
+
+
+def test_opacities_of_two_numbers_for_each_point(tmp_path: Path) -> None:
+    colors = np.array([[0, 1, 1, 1], [1, 1, 1, 1]])
+    opacities = np.array([[0, 0.1], [0.3, 0.7], [0.6, 0.2], [1, 0.5]])
+    path = written(tmp_path, "m.json", paraview(colors, opacities))
+    found = TransferFunction.load(path, unit_distance=1)
+    np.testing.assert_allclose(-np.expm1(-found.at(opacities[:, 0])[:, 3]), opacities[:, 1])
+
+
+def test_what_slicer_leaves_out_is_its_default_and_told(tmp_path: Path) -> None:
+    content = slicer(*nodes(4), shade=True)
+    part = content["volumeProperties"][0]["components"]
+    del part[0]["scalarOpacityUnitDistance"]
+    part.append(part[0])
+    path = written(tmp_path, "v.vp.json", content)
+    found, told = noted(lambda: TransferFunction.load(path))
+    check(found, of_vtk(*nodes(4), "RGB"), 1)
+    assert "per 1 world unit" in told and "the first of its 2 components is taken" in told
+    from texvol.options.looks import load_look
+
+    lighting = load_look(str(path), CUBE).lighting
+    assert lighting is not None and (lighting.ambient, lighting.diffuse, lighting.shininess) == (0.1, 0.7, 10)
+
+
+def test_slicers_opacity_by_gradient_may_begin_below_0_and_have_steps(tmp_path: Path) -> None:
+    points = [{"x": -10, "y": 0.0}, {"x": 10, "y": 1.0}, {"x": 30, "y": 1.0}, {"x": 30, "y": 0.2}, {"x": 60, "y": 0.2}]
+    path = written(tmp_path, "v.vp.json", slicer(*nodes(4), gradientOpacity={"points": points}))
+    modulation = TransferFunction.load(path, CUBE).modulation
+    assert modulation is not None
+    magnitudes = np.array([0, 5, 20, 31, 50])
+    factors = np.interp(magnitudes / 3, *modulation.T)  # the mean of 2, 3 and 4
+    np.testing.assert_allclose(factors, [0.5, 0.75, 1, 0.2, 0.2], rtol=1e-6)
+
+
+def test_mricrogl_moves_the_last_node_and_ends_bytes_at_255(tmp_path: Path) -> None:
+    text = "[FLT]\nmin=0\nmax=51\n[INT]\nnumnodes=2\n[BYT]\nnodeintensity0=0\nnodeintensity1=200\n[RGBA255]\n"
+    text += "nodergba0=0|0|0|0|\nnodergba1=000|256|0|128\n"
+    found = TransferFunction.load(written(tmp_path, "c.clut", text), CUBE)
+    assert found.values[-1] == 51
+    np.testing.assert_allclose(found.colors[-1], [0, 1, 0])
 
 
 OWN = TransferFunction(

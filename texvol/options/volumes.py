@@ -26,7 +26,7 @@ from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.spaces import letters_of_space, turned
 from texvol.scene.transfer import adjusting, color_maps
-from texvol.scene.transfer.foreign import ENDINGS
+from texvol.scene.transfer.foreign import ENDINGS, located
 from texvol.util import locations
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -49,8 +49,9 @@ def _look(text: str) -> LabelLook:
 LOOK = (
     SceneOption(
         "tf", str, "PRESET|FILE|MAP",
-        "transfer function: a file (texvol's JSON or TOML, ParaView's or VTK's JSON, 3D Slicer's .vp or .vp.json, "
-        "Inviwo's .itf, MRIcroGL's .clut, .1dt), a colour map such as batlow, or a preset with its light: "
+        "transfer function: a file (texvol's JSON or TOML, ParaView's or VTK's JSON, FILE.json::NAME for one of "
+        "several, 3D Slicer's .vp or .vp.json, Inviwo's .itf, MRIcroGL's .clut, .1dt), a colour map such as batlow, or a "
+        "preset with its light: "
         + ", ".join(transfer.PRESETS),
     ),
     SceneOption(
@@ -281,6 +282,7 @@ def medium_of(chosen: Mapping[str, Any], volume: Volume) -> TransferFunction | N
 def is_file(name: str) -> bool:
     """True if `--tf` takes a name for a file's, not for a preset's or colour map's."""
     endings = (".json", ".toml", *ENDINGS)
+    name, _ = located(name)
     return name not in transfer.PRESETS and (name.lower().endswith(endings) or os.sep in name or os.path.exists(name))
 
 

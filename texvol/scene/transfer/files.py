@@ -86,6 +86,8 @@ def read_content(path: str | os.PathLike[str], unit_distance: float | None = Non
 
     Parameters
     ----------
+    path : path
+        File, or FILE.json::NAME for one of ParaView's colour maps.
     unit_distance : float, optional
         Length in world units that opacities of another program's file belong to, in place of its own.
 
@@ -94,14 +96,14 @@ def read_content(path: str | os.PathLike[str], unit_distance: float | None = Non
     InputError
         If the file cannot be read, or is none of them; if a file of texvol's own is given a unit distance.
     """
-    name = os.fspath(path)
+    name, part = foreign.located(path)
     if foreign.is_foreign_text(name):
         return foreign.read_text(path, unit_distance)
     if name.lower().endswith(".toml"):
         content = text_files.read_toml(path)
     else:
-        content = text_files.parsed_json(text_files.read_text(path, "JSON", _MOST_BYTES), name)
-        if (other := foreign.of_json(path, content, unit_distance)) is not None:
+        content = foreign.parsed_json(text_files.read_text(name, "JSON", _MOST_BYTES), name)
+        if (other := foreign.of_json(name, content, unit_distance, part)) is not None:
             return other
     if not isinstance(content, dict):
         raise InputError(f"{name}: a transfer function must be a JSON object with points")

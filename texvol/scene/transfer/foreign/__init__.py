@@ -14,6 +14,7 @@ without both it is the one that the program takes by itself, and a remark says s
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from texvol.util import remarks, text_files
 from texvol.util.errors import InputError
 
 _MOST_BYTES = 64 << 20
+_LAST_COMMA = re.compile(r'("(?:[^"\\]|\\.)*")|,(?=\s*[\]}])')  # or a text, in which a comma stays
 _TEXTS: dict[str, tuple[str, Callable[[str], Content]]] = {
     ".vp": ("a volume property of 3D Slicer", text_forms.slicer),
     ".itf": ("a transfer function of Inviwo", text_forms.inviwo),
@@ -60,7 +62,35 @@ def read_text(path: str | os.PathLike[str], unit_distance: float | None = None) 
         raise InputError(f"{os.fspath(path)}: {message}") from None
 
 
-def of_json(path: str | os.PathLike[str], parsed: Any, unit_distance: float | None = None) -> dict[str, Any] | None:
+def located(path: str | os.PathLike[str]) -> tuple[str, str | None]:
+    """Return the file and the name of FILE.json::NAME, one colour map of a list; None for the name of other paths."""
+    text = os.fspath(path)
+    head, separator, name = text.partition(".json::")
+    return (f"{head}.json", name) if separator and name and not os.path.exists(text) else (text, None)
+
+
+def parsed_json(text: str, name: str) -> Any:
+    """Return the content of a JSON text; ParaView's may have commas before closing brackets, as its own list has.
+
+    Raises
+    ------
+    InputError
+        If it is not JSON.
+    """
+    try:
+        return text_files.parsed_json(text, name)
+    except InputError:
+        if "RGBPoints" not in text:
+            raise
+        without = _LAST_COMMA.sub(lambda found: found[1] or "", text)
+        if without == text:
+            raise
+        return text_files.parsed_json(without, name)
+
+
+def of_json(
+    path: str | os.PathLike[str], parsed: Any, unit_distance: float | None = None, name: str | None = None
+) -> dict[str, Any] | None:
     """Return the content of a JSON text of another program, or None if it is none of those that are known.
 
     Raises
@@ -69,7 +99,7 @@ def of_json(path: str | os.PathLike[str], parsed: Any, unit_distance: float | No
         If it is of one of those programs and malformed, or if a transfer function of texvol is given a unit distance.
     """
     try:
-        found = json_forms.read(parsed)
+        found = json_forms.read(parsed, name)
     except InputError as error:
         raise InputError(f"{os.fspath(path)}: {error}") from None
     return None if found is None else _told(path, found, unit_distance)

@@ -40,7 +40,9 @@ class Content:
         """Return the content of texvol's form, with opacities of a length of `told` world units if given, and notes."""
         notes = list(self.notes)
         if self.opacity is None:
-            return self._colors_alone(told), [*notes, _COLORS_ALONE]
+            fields = self._colors_alone(told)
+            is_relative = "values" in fields and "values" not in self.keys
+            return fields, [*notes, _COLORS_ALONE, *([_REPLACED] if is_relative else [])]
         length = self.length
         if told is not None:
             if not told > 0:
@@ -63,9 +65,16 @@ class Content:
         for point in points:
             fraction = (point["value"] - low) / (high - low) if high > low else 1.0
             point["extinction"] = DENSEST * fraction**2
-        return {**self.keys, "points": points, "length": "box"}
+        keys = {**self.keys, "points": points, "length": "box"}
+        if (low, high) in _OF_NO_VOLUME and "values" not in self.keys:
+            for point in points:
+                point["value"] = (point["value"] - low) / (high - low)
+            keys["values"] = "range"
+        return keys
 
 
 DENSEST = 30.0  # of a colour map, per mean edge of the box
 _PLACES = 17  # at which its extinction is set, linear between them
+_OF_NO_VOLUME = ((0.0, 1.0), (-1.0, 1.0))  # ends of ParaView's own colour maps, which it places when they are chosen
+_REPLACED = "its values go from the smallest to the largest sample, as in ParaView; --range LOW,HIGH moves them"
 _COLORS_ALONE = "it has no opacities: the extinction grows with the square of the fraction, as that of colour maps"

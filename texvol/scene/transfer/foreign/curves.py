@@ -110,8 +110,12 @@ def _parts(segment: Segment) -> list[Segment]:
     return [each for each in both if each.second.value > each.first.value]
 
 
-def nodes_of(numbers: Sequence[float], width: int, what: str, *, shaped: bool = False) -> list[Node]:
+def nodes_of(
+    numbers: Sequence[float], width: int, what: str, *, shaped: bool = False, ordered: bool = True
+) -> list[Node]:
     """Return the nodes of a flat list: value and `width` numbers each, and if `shaped` midpoint and sharpness.
+
+    Without `ordered` the list is sorted, as VTK and 3D Slicer do; nodes of the same value stay in order.
 
     Raises
     ------
@@ -124,6 +128,8 @@ def nodes_of(numbers: Sequence[float], width: int, what: str, *, shaped: bool = 
     table = np.array(numbers, np.float64).reshape(-1, step)
     if len(table) > _MOST:
         raise InputError(f"{what} must have at most {_MOST} points, got {len(table)}")
+    if not ordered:
+        table = table[np.argsort(table[:, 0], kind="stable")]
     check_table(table, width, what)
     shapes = table[:, 1 + width :] if shaped else np.tile([0.5, 0.0], (len(table), 1))
     return [

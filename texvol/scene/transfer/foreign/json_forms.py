@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,20 +12,28 @@ from texvol.scene.transfer.foreign.color_spaces import SPACES
 from texvol.scene.transfer.foreign.content import Content, Length
 from texvol.scene.transfer.foreign.curves import Curve, Node, nodes_of
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 CELL = "per mean edge of the volume's cells (its diagonal over the cube root of their number), ParaView's own default"
 _VTK_SPACES = ("RGB", "HSV", "Lab", "Diverging", "Lab/CIEDE2000", "Step")  # vtkColorTransferFunction's numbers
+_SLICER_LIGHT = {"ambient": 0.1, "diffuse": 0.7, "specular": 0.2, "specularPower": 10.0}  # what a file leaves out
+_STEP = 1e-6  # width of a step of the opacity by gradient, of its value
 _RAISED = ("Ambient", "Diffuse", "Specular", "SpecularPower")
 
 
-def read(parsed: Any) -> Content | None:
-    """Return the content of a parsed JSON text; None if it is of no known program."""
+def read(parsed: Any, name: str | None = None) -> Content | None:
+    """Return the content of a parsed JSON text; None if it is of no known program.
+
+    Parameters
+    ----------
+    name : str, optional
+        Name of the colour map in a list of ParaView's.
+    """
     if isinstance(parsed, list) and len(parsed) >= 1 and all(isinstance(each, dict) for each in parsed):
         maps = [each for each in parsed if "RGBPoints" in each or "IndexedColors" in each]
-        if len(maps) > 1:
-            names = ", ".join(str(each.get("Name", "?")) for each in maps[:6])
-            raise InputError(f"must have one colour map, got {len(maps)}: {names}")
-        parsed = maps[0] if maps else parsed
+        parsed = _chosen(maps, name) if maps else parsed
+    elif name is not None:
+        raise InputError(f"is no list of colour maps, from which ::{name} would take one")
     if not isinstance(parsed, dict):
         return None
     if "RGBPoints" in parsed or "IndexedColors" in parsed:
@@ -41,17 +50,33 @@ def read(parsed: Any) -> Content | None:
     return None
 
 
+def _chosen(maps: list[dict[str, Any]], name: str | None) -> dict[str, Any]:
+    """Return the colour map of a name, or the only one."""
+    names = [str(each.get("Name", "?")) for each in maps]
+    if name is None and len(maps) == 1:
+        return maps[0]
+    if name in names:
+        return maps[names.index(name)]
+    some = ", ".join(names[:6]) + (", …" if len(names) > 6 else "")
+    if name is None:
+        raise InputError(f"has {len(maps)} colour maps, and FILE::NAME takes one: {some}")
+    raise InputError(f"colour map {name!r} not found{did_you_mean(name, names)}; the file has {some}")
+
+
 def _paraview(fields: dict[str, Any]) -> Content:
     """Return the content of a colour map of ParaView, vtk.js or VTK's `Name`, `ColorSpace`, `RGBPoints`, `Points`."""
     if "RGBPoints" not in fields:
-        raise InputError("is a list of colours for categories, and a transfer function needs RGBPoints")
+        name = fields.get("Name", "?")
+        raise InputError(
+            f"colour map {name!r} is a list of colours for categories: a transfer function needs RGBPoints"
+        )
     space = str(fields.get("ColorSpace", "RGB"))
-    if space == "HSV" and fields.get("HSVWrap", True):
+    if space == "HSV" and fields.get("HSVWrap", False):  # off where ParaView's file does not say it, unlike VTK's own
         space = "HSV wrapped"
     if space not in SPACES:
         raise InputError(f"ColorSpace must be one of {', '.join(_without_wrapped())}, got {space!r}")
     numbers = _floats(fields["RGBPoints"], "RGBPoints")
-    nodes = nodes_of(numbers, 3, "RGBPoints")
+    nodes = nodes_of(numbers, 3, "RGBPoints", ordered=False)
     is_logarithmic = bool(fields.get("UseLogScale", False))
     if is_logarithmic and not nodes[0].value > 0:
         raise InputError(f"values of RGBPoints must be above 0 with UseLogScale, got {nodes[0].value:g}")
@@ -59,9 +84,9 @@ def _paraview(fields: dict[str, Any]) -> Content:
     opacity = None
     if fields.get("Points"):
         points = _floats(fields["Points"], "Points")
-        # ParaView has four numbers for each point, VisRTX writes two.
-        is_shaped = len(points) % 4 == 0
-        opacity = Curve(nodes_of(points, 1, "Points", shaped=is_shaped))
+        # ParaView has four numbers for each point, VisRTX two: only those have ascending values if read so.
+        is_shaped = len(points) % 4 == 0 and not all(low < high for low, high in pairwise(points[::2]))
+        opacity = Curve(nodes_of(points, 1, "Points", shaped=is_shaped, ordered=False))
     return Content(color, opacity, Length("cell", 1.0, CELL))
 
 
@@ -84,17 +109,21 @@ def _slicer(fields: dict[str, Any]) -> Content:
     opacity = Curve(_slicer_nodes(part, "scalarOpacity", "y"))
     keys: dict[str, Any] = {}
     if part.get("shade"):
-        light = _object(part.get("lighting", {}), "lighting")
-        names = ("ambient", "diffuse", "specular", "specularPower")
-        keys |= lit(*(_float(light.get(name, 0.0), name) for name in names))
+        light = _SLICER_LIGHT | _object(part.get("lighting", {}), "lighting")
+        keys |= lit(*(_float(light[name], name) for name in _SLICER_LIGHT))
     notes: tuple[str, ...] = ()
     if "gradientOpacity" in part and not part.get("disableGradientOpacity"):
         more, notes = by_gradient(_slicer_nodes(part, "gradientOpacity", "y"))
         keys |= more
     if len(properties) > 1:
         notes += (f"the first of its {len(properties)} volume properties is taken",)
-    unit = _float(part.get("scalarOpacityUnitDistance"), "scalarOpacityUnitDistance")
-    return Content(color, opacity, Length(amount=unit), keys, notes)
+    if len(components) > 1:
+        notes += (f"the first of its {len(components)} components is taken",)
+    if (unit := part.get("scalarOpacityUnitDistance")) is None:
+        length = Length(reason="per 1 world unit, as 3D Slicer takes them where a file does not say it")
+    else:
+        length = Length(amount=_float(unit, "scalarOpacityUnitDistance"))
+    return Content(color, opacity, length, keys, notes)
 
 
 def _slicer_nodes(part: dict[str, Any], key: str, of: str) -> list[Node]:
@@ -111,7 +140,7 @@ def _slicer_nodes(part: dict[str, Any], key: str, of: str) -> list[Node]:
             raise InputError(f"{of} of {key} must have {width} numbers, got {len(several)}")
         shape = [_float(point.get(name, default), name) for name, default in (("midpoint", 0.5), ("sharpness", 0.0))]
         flat += [_float(point.get("x"), f"x of {key}"), *several, *shape]
-    return nodes_of(flat, width, key, shaped=True)
+    return nodes_of(flat, width, key, shaped=True, ordered=False)
 
 
 def _vtk(objects: dict[str, dict[str, Any]]) -> Content:
@@ -176,21 +205,24 @@ def by_gradient(nodes: Sequence[Node]) -> tuple[dict[str, Any], tuple[str, ...]]
     """Return the keys of an opacity by gradient magnitude, and notes; nothing if it is 1 everywhere."""
     if all(float(each.numbers[0]) == 1 for each in nodes):
         return {}, ()
-    if not nodes[0].value >= 0:
-        raise InputError(f"gradient magnitudes must not be negative, got {nodes[0].value:g}")
     curve = Curve(nodes)
     pairs: list[list[float]] = []
-    for low, high in zip(curve.knots[:-1], curve.knots[1:], strict=True):
+    # No magnitude is negative: a function that begins below 0 is taken from 0 on.
+    knots = sorted({max(each, 0.0) for each in curve.knots})
+    for low, high in pairwise(knots):
         function = curve.inside(low, high)
         count = 2 if nodes[0].sharpness == 0 and all(each.sharpness == 0 for each in nodes) else 17
         for value in np.linspace(low, high, count):
             pairs.append([float(value), float(function(float(value))[0])])
     if not pairs:
-        pairs = [[nodes[0].value, float(nodes[0].numbers[0])]]
+        pairs = [[0.0, float(curve.last.numbers[0])]]
     ascending = [pairs[0]]
-    for pair in pairs[1:]:
-        if pair[0] > ascending[-1][0]:
-            ascending.append(pair)
+    for value, factor in pairs[1:]:
+        last, before = ascending[-1]
+        if value <= last and factor != before:  # a step, whose ends are a little apart, as in 3D Slicer
+            value = last + _STEP * max(abs(last), pairs[-1][0])
+        if value > last:
+            ascending.append([value, factor])
     note = "its opacity by gradient is taken as a factor of the extinction, per mean spacing of samples as VTK does"
     return {"gradient": ascending, "gradients": "voxel"}, (note,)
 

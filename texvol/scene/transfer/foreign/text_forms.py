@@ -134,13 +134,20 @@ def mricrogl(text: str) -> Content:
     rows = []
     for number in range(count):
         at = _field(fields, f"nodeintensity{number}") / _BYTE
-        words = str(fields.get(f"nodergba{number}", "")).split("|")
-        if len(words) != 4:
-            raise InputError(f"nodergba{number} must be four numbers R|G|B|A, got {'|'.join(words)[:60]!r}")
-        rows.append([at if is_relative else low + at * (high - low), *(float(word) / _BYTE for word in words)])
+        at = 1.0 if number == count - 1 else at  # as MRIcroGL moves the last node
+        color = _bytes(fields.get(f"nodergba{number}", ""), f"nodergba{number}")
+        rows.append([at if is_relative else low + at * (high - low), *color])
     color, opacity = _both(sorted(rows, key=lambda row: row[0]))
     length = Length("spacing", 1.0, "per smallest spacing of samples, MRIcroGL's voxel")
     return Content(color, opacity, length, _IN_RANGE if is_relative else {}, (_OF_THE_RANGE,) if is_relative else ())
+
+
+def _bytes(text: str, what: str) -> list[float]:
+    """Return red, green, blue and opacity of a text R|G|B|A, at most 1 as MRIcroGL takes them."""
+    words = [each.strip() for each in text.rstrip().rstrip("|").split("|")]
+    if len(words) != 4 or not all(each.isdigit() and len(each) < 10 for each in words):
+        raise InputError(f"{what} must be four whole numbers R|G|B|A, got {text[:60]!r}")
+    return [min(int(each) / _BYTE, 1.0) for each in words]
 
 
 def _field(fields: dict[str, str], key: str) -> float:
