@@ -50,8 +50,8 @@ LOOK = (
     SceneOption(
         "tf", str, "PRESET|FILE|MAP",
         "transfer function: a file (texvol's JSON or TOML, ParaView's or VTK's JSON, FILE.json::NAME for one of "
-        "several, 3D Slicer's .vp or .vp.json, Inviwo's .itf, MRIcroGL's .clut, .1dt), a colour map such as batlow, or a "
-        "preset with its light: "
+        "several, 3D Slicer's .vp or .vp.json, Inviwo's .itf, MRIcroGL's .clut, .1dt), a colour map such as batlow, or "
+        "a preset with its light: "
         + ", ".join(transfer.PRESETS),
     ),
     SceneOption(
