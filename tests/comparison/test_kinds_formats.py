@@ -158,3 +158,13 @@ def test_blur_of_8_bits() -> None:
     candidate = ndimage.gaussian_filter(reference, (0.5, 0.5, 0))
     numbers = [np.rint(255 * planted.encoded(each)).astype(np.uint8) for each in (candidate, reference)]
     assert held(*numbers)[0].name == "blurred"
+
+
+def test_a_difference_that_a_shift_leaves_out_is_no_fault() -> None:
+    """A patch on a ramp: where the pictures overlap after a shift there may be no difference at all."""
+    ramp = np.linspace(0, 1, 64)[None, :, None] * np.ones((48, 1, 3))
+    reference = (255 * ramp).astype(np.uint8)
+    candidate = reference.copy()
+    candidate[10:20, 10:20] = 255
+    outcome = examine(Picture.of_array(candidate, "new"), Picture.of_array(reference, "old"))
+    assert outcome.status == "different" and outcome.kinds

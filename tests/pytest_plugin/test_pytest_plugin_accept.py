@@ -122,6 +122,24 @@ def test_a_picture_with_a_nan_is_never_accepted(project: Project, capsys: pytest
     project.run("--texvol-report", "report")
     assert changed_by(project, "report", "waves") == (2, set())
     assert "must be finite" in capsys.readouterr().err
+    # It neither has a box in the page nor keeps the others from being accepted.
+    assert 'name="accept"' not in (project.folder / "report/index.html").read_text("utf-8")
+    assert changed_by(project, "report", "--all") == (0, set())
+    assert "waves: left out: it must be finite" in capsys.readouterr().out
+
+
+def test_a_picture_held_against_the_oracle_has_no_reference_to_accept(
+    project: Project, capsys: pytest.CaptureFixture[str]
+) -> None:
+    project.write(
+        test_it="import texvol\ndef test_it(check_picture):\n"
+        "    scene = texvol.Scene(texvol.Volume(np.fromfunction(lambda z, y, x: x * y, (8, 8, 8))))\n"
+        "    check_picture(np.zeros((8, 8, 4), np.float32), 'dark', scene=scene, oracle=True, max_error=0.01)\n"
+    )
+    project.run("--texvol-report", "report")
+    assert main(["accept", "report", "dark"]) == 2
+    assert "'dark' cannot be accepted: it is held against the oracle" in capsys.readouterr().err
+    assert 'name="accept"' not in (project.folder / "report/index.html").read_text("utf-8")
 
 
 def test_the_server_answers_its_own_page_only(reported: Project) -> None:

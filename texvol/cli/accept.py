@@ -8,6 +8,7 @@ from typing import Any
 
 from texvol.options import texts
 from texvol.util.errors import InputError, missing_extra
+from texvol.util.shown_text import shown_line
 from texvol.util.terminal import say
 
 
@@ -54,7 +55,10 @@ def run(arguments: argparse.Namespace) -> None:
     if not arguments.all and not arguments.pictures:
         _serve(arguments, found)
         return
-    wanted = list(offers) if arguments.all else arguments.pictures
+    wanted = [key for key, offer in offers.items() if not offer.not_accepted] if arguments.all else arguments.pictures
+    for key in offers if arguments.all else ():
+        if offers[key].not_accepted:
+            say(f"{key}: left out: {shown_line(offers[key].not_accepted)}")
     for line in accept(chosen(offers, wanted), arguments.root):
         say(line)
 

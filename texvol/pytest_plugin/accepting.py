@@ -21,6 +21,7 @@ from texvol.pytest_plugin import names, references
 from texvol.pytest_plugin.references import Reference
 from texvol.util import writing
 from texvol.util.errors import InputError
+from texvol.util.shown_text import shown_line
 from texvol.util.suggestions import did_you_mean
 
 
@@ -29,6 +30,7 @@ class Offer:
     """A failed picture of a report whose candidate may become the reference.
 
     `id` is its name, or the candidate's path in the report if several pictures of the report have that name.
+    `not_accepted` says why it may not; empty if it may.
     """
 
     id: str
@@ -36,6 +38,7 @@ class Offer:
     status: str
     reference: str
     candidate: Path
+    not_accepted: str = ""
 
 
 def ids_of(pictures: Sequence[Any]) -> dict[int, str]:
@@ -56,7 +59,8 @@ def offers_of(run: Run) -> dict[str, Offer]:
     for number, key in ids_of(run.pictures).items():
         record = run.pictures[number]
         if (candidate := run.path(record["candidate"])) is not None:
-            found[key] = Offer(key, record["name"], record["status"], record["reference"], candidate)
+            status, reason = record["status"], str(record.get("not_accepted") or "")
+            found[key] = Offer(key, record["name"], status, record["reference"], candidate, reason)
     return found
 
 
@@ -66,7 +70,7 @@ def chosen(offers: dict[str, Offer], wanted: Iterable[str]) -> list[Offer]:
     Raises
     ------
     InputError
-        If an id is not on offer.
+        If an id is not on offer, or its picture may not become a reference.
     """
     found = {}
     for key in wanted:
@@ -76,6 +80,8 @@ def chosen(offers: dict[str, Offer], wanted: Iterable[str]) -> list[Offer]:
                 raise InputError(f"picture {key!r} is in the report several times; choose one of {', '.join(several)}")
             near = did_you_mean(key, list(offers))
             raise InputError(f"picture {key!r} not found among the failed pictures of the report{near}")
+        if offers[key].not_accepted:
+            raise InputError(f"picture {key!r} cannot be accepted: {shown_line(offers[key].not_accepted)}")
         found[key] = offers[key]
     return list(found.values())
 

@@ -100,10 +100,12 @@ class _Run:
         self._limits_file = names.limits_of(self._folder, item.config)
         self._reference = Reference(self._folder / f"{self._name}.exr", False)
         self._key = names.name_key(self._folder, self._name)
+        self._is_against_oracle = False
 
     def outcome_of(self, thing: Any, *, against_oracle: bool) -> Outcome:
         """Return the outcome of the check and report it to the session, or raise its failure."""
         __tracebackhide__ = True
+        self._is_against_oracle = against_oracle
         try:
             self._session.claims.claim(self._key, self._name, self._test)
             if against_oracle:
@@ -243,9 +245,15 @@ class _Run:
         """Return the failure, after reporting it to the session."""
         record = self._keep(outcome.status, lines, outcome, candidate, repeats)
         lines = [*lines, *_positions(record["candidate"], reference, record["page"])]
-        if reference != "the oracle" and candidate.is_finite:
+        if not record["not_accepted"]:
             lines.append(_how_to_update(self._test))
         return PictureError("\n".join(lines), outcome.status)
+
+    def _not_accepted(self, candidate: Candidate | None) -> str:
+        """Return why the picture may not become a reference; empty if it may."""
+        if self._is_against_oracle:
+            return "it is held against the oracle, and has no reference"
+        return "" if candidate is None or candidate.is_finite else "it must be finite, and has a NaN or an infinity"
 
     def _said(self, path: Path) -> str:
         """Return a path relative to the folder where pytest was started, if it is in that folder."""
@@ -291,6 +299,7 @@ class _Run:
             "key": self._key,
             "page": None,
             "candidate": None,
+            "not_accepted": self._not_accepted(candidate),
             **(self._session.self_test(candidate, outcome) if candidate and outcome else {}),
         }
 

@@ -129,7 +129,9 @@ def _entries(folder: Path, records: Sequence[Record]) -> list[dict[str, Any]]:
 
     ids = ids_of([record | {"candidate": _relative(folder, record["candidate"])} for record in records])
     return [
-        record["entry"] | {"accept": ids.get(number, "")} for number, record in enumerate(records) if "entry" in record
+        record["entry"] | {"accept": "" if record.get("not_accepted") else ids.get(number, "")}
+        for number, record in enumerate(records)
+        if "entry" in record
     ]
 
 

@@ -181,7 +181,7 @@ class Pair:
         If the difference exceeds that of rounding, which no hypothesis undoes, only the excess counts.
         """
         before, after = self.beyond_floor, undone.beyond_floor
-        if self.roundings is None or before < _LEAST_BEYOND * self.total:
+        if self.roundings is None or before <= _LEAST_BEYOND * self.total:
             return self.all_explained_by(undone)
         fraction = min(1 - after / before, self._along(undone) / max(self.signal, 1e-300))
         return fraction if np.isfinite(fraction) else -np.inf

@@ -8,9 +8,9 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from texvol.comparison.ci import SIGNS, cell
-from texvol.comparison.runs.rows import Row
-from texvol.comparison.runs.stored import Run, counted
+from texvol.comparison.ci import FAILING, SIGNS, cell
+from texvol.comparison.runs.rows import Row, counts_of
+from texvol.comparison.runs.stored import Run
 from texvol.util.errors import InputError
 from texvol.util.shown_text import markdown
 
@@ -34,8 +34,7 @@ def comment(runs: Sequence[Run], rows: Sequence[Row], artifact: str | None = Non
     failed = [row for row in rows if row.failed]
     where = artifact_words(artifact)
     lines = [MARK, f"### Pictures: {_headline(runs, rows, failed)}", "", "| run | pictures |", "|---|---|"]
-    for run in runs:
-        state = counted(run.pictures) + ("" if run.is_finished else "; the run did not finish")
+    for run, state in zip(runs, counts_of(runs, rows), strict=True):
         lines.append(
             f"| {SIGNS['different' if run.failed or not run.is_finished else 'same']} {cell(run.name)} | {state} |"
         )
@@ -45,9 +44,7 @@ def comment(runs: Sequence[Run], rows: Sequence[Row], artifact: str | None = Non
         lines += ["", f"and {len(failed) - _MOST_PICTURES} more"] if len(failed) > _MOST_PICTURES else []
     if where:
         lines += ["", f"All pictures: artifact {where}, file `index.html`."]
-    if names := [row.name for row in failed if any(each.get("candidate") for each in row.known)][:_MOST_PICTURES]:
-        command = f"texvol accept DIR {_plain(' '.join(dict.fromkeys(names)))}"
-        lines += ["", f"What is right is accepted by `{command}`, where DIR is the folder of a run's report."]
+    lines += _missing(runs, rows) + _commands(runs)
     return "\n".join(lines) + "\n"
 
 
@@ -68,6 +65,30 @@ def _row(row: Row, runs: Sequence[Run]) -> str:
     what = "; ".join(worst["kinds"] or worst["message"][1:] or worst["message"])
     numbers = ["" if worst.get(key) is None else f"{worst[key]:.3g}" for key in ("max_error", "rms_error")]
     return f"| {' | '.join((cell(row.name), where, cell(what), *numbers))} |"
+
+
+def _missing(runs: Sequence[Run], rows: Sequence[Row]) -> list[str]:
+    """Return lines on the pictures that a run did not check: its test may have ended before, or is not of that run."""
+    lines = []
+    for column, run in enumerate(runs):
+        names = [row.name for row in rows if row.records[column] is None]
+        if names:
+            more = f" and {len(names) - _MOST_PICTURES} more" if len(names) > _MOST_PICTURES else ""
+            lines += ["", f"Not checked in {cell(run.name)}: {', '.join(map(cell, names[:_MOST_PICTURES]))}{more}."]
+    return lines
+
+
+def _commands(runs: Sequence[Run]) -> list[str]:
+    """Return a line for each run with the command that accepts its candidates, in the folder of the merged report."""
+    lines = []
+    for run in runs:
+        taken = [each for each in run.pictures if each["status"] in FAILING and each.get("candidate")]
+        names = dict.fromkeys(each["name"] for each in taken if not each.get("not_accepted"))
+        if names:
+            shown = _plain(" ".join(list(names)[:_MOST_PICTURES]))
+            lines.append(f"- {cell(run.name)}: `texvol accept DIR/runs/{_plain(run.name)} {shown}`")
+    told = "What is right is accepted, in the project's folder, where DIR is this artifact's folder, by"
+    return ["", told, "", *lines] if lines else []
 
 
 def _plain(names: str) -> str:

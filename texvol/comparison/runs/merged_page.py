@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from texvol.comparison.runs.rows import Row
-from texvol.comparison.runs.stored import INDEX, STATUSES, Run, counted, thumbnail_of
+from texvol.comparison.runs.rows import Row, counts_of
+from texvol.comparison.runs.stored import INDEX, STATUSES, Run, thumbnail_of
 from texvol.comparison.templates import rendered
 
 RUNS = "runs"  # folder of the runs' own reports
@@ -20,17 +20,19 @@ def merged_page(runs: Sequence[Run], rows: Sequence[Row], files: set[str]) -> st
         {
             "name": run.name,
             "index": index if (index := f"{RUNS}/{run.name}/{INDEX}") in files else "",
-            "counts": counted(run.pictures) + ("" if run.is_finished else "; the run did not finish"),
+            "counts": counts,
             "metadata": run.metadata,
         }
-        for run in runs
+        for run, counts in zip(runs, counts_of(runs, rows), strict=True)
     ]
+    passed = [row for row in rows if not row.failed]
     return rendered(
         "merged.html",
         title=f"{len(failed)} failed: Pictures of {len(runs)} runs" if failed else f"Pictures of {len(runs)} runs",
         runs=heads,
         failed=[_shown(row, runs, files) for row in failed],
-        passed=[_shown(row, runs, files) for row in rows if not row.failed],
+        missing=[_shown(row, runs, files) for row in passed if not row.is_everywhere],
+        passed=[_shown(row, runs, files) for row in passed if row.is_everywhere],
         total=len(rows),
     )
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from texvol.comparison.ci import FAILING
-from texvol.comparison.runs.stored import STATUSES, Run
+from texvol.comparison.runs.stored import STATUSES, Run, counted
 
 Record = Mapping[str, Any]
 
@@ -35,6 +35,11 @@ class Row:
         return min(self.known, key=lambda each: (STATUSES.index(each["status"]), -_error(each)))
 
     @property
+    def is_everywhere(self) -> bool:
+        """True if all runs checked the picture."""
+        return None not in self.records
+
+    @property
     def failed(self) -> bool:
         return any(map(self.has_failed, self.known))
 
@@ -50,6 +55,17 @@ def rows_of(runs: Sequence[Run]) -> list[Row]:
             found.setdefault((*key, seen[key]), [None] * len(runs))[column] = record
     rows = [Row(name, test, tuple(records)) for (name, test, _), records in found.items()]
     return sorted(rows, key=_badness)
+
+
+def counts_of(runs: Sequence[Run], rows: Sequence[Row]) -> list[str]:
+    """Return the counts of each run in words; a picture of another run that a run did not check is counted as well."""
+    words = []
+    for column, run in enumerate(runs):
+        missing = sum(row.records[column] is None for row in rows)
+        parts = [counted(run.pictures), f"{missing} not checked" if missing else ""]
+        unfinished = "" if run.is_finished else "; the run did not finish"
+        words.append(", ".join(filter(None, parts)) + unfinished)
+    return words
 
 
 def _badness(row: Row) -> tuple[Any, ...]:
