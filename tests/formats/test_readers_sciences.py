@@ -133,18 +133,29 @@ def test_a_fits_that_makes_no_sense(tmp_path: Path) -> None:
         load(tmp_path / "v.fits")
 
 
-def written_segy(path: Path, *, sorting: int = 2, format: int = 1, located: bool = True, endian: str = "big") -> Path:
+def written_segy(
+    path: Path,
+    *,
+    sorting: int = 2,
+    format: int = 1,
+    located: bool = True,
+    endian: str = "big",
+    lines: tuple[int, ...] = (1, 2, 3, 4),
+    missing: tuple[tuple[int, int], ...] = (),
+) -> Path:
     spec = segyio.spec()
     spec.endian = endian
     spec.sorting, spec.format, spec.samples = sorting, format, np.arange(3) * 4.0 + 100
     spec.ilines, spec.xlines = np.arange(4) + 1, np.arange(5) + 10
+    if missing:
+        spec.ilines, spec.xlines, spec.tracecount = None, None, 20 - len(missing)
     order = (
         [(i, x) for i in range(4) for x in range(5)] if sorting == 2 else [(i, x) for x in range(5) for i in range(4)]
     )
     with segyio.create(str(path), spec) as file:
-        for number, (inline, crossline) in enumerate(order):
+        for number, (inline, crossline) in enumerate(each for each in order if each not in missing):
             x, y = np.array([1000, 2000]) + crossline * np.array([20, 10]) + inline * np.array([-15, 30])
-            header = {segyio.su.iline: inline + 1, segyio.su.xline: crossline + 10, 109: 100}
+            header = {segyio.su.iline: lines[inline], segyio.su.xline: crossline + 10, 109: 100}
             file.header[number] = header | ({181: int(x * 10), 185: int(y * 10), 71: -10} if located else {})
             file.trace[number] = marked.marked("f4")[:, inline, crossline]
         file.bin.update(hdt=4000, hns=3)
@@ -160,6 +171,34 @@ def test_segy_lies_at_the_coordinates_of_its_traces(tmp_path: Path, sorting: int
     assert volume.space == "x (m), y (m), time (ms)"
     plain = load(written_segy(tmp_path / "w.sgy", located=False))
     assert plain.spacing.tolist() == [1, 1, 4] and any("no coordinates" in note for note in plain.notes)
+
+
+@pytest.mark.parametrize("sorting", [1, 2])
+def test_places_of_segy_without_a_trace_are_nan(tmp_path: Path, sorting: int) -> None:
+    # What is left is 12 traces, as many as 3 inlines of 4 crosslines would have.
+    missing = ((0, 0), (0, 1), (1, 0), (3, 4), (3, 3), (2, 4), (1, 2), (2, 2))
+    volume = load(written_segy(tmp_path / "v.sgy", sorting=sorting, missing=missing))
+    wanted = marked.marked("f4").copy()
+    for inline, crossline in missing:
+        wanted[:, inline, crossline] = np.nan
+    np.testing.assert_array_equal(volume.values, wanted)
+    np.testing.assert_allclose(volume.origin, [1000, 2000, 100], atol=1e-6)
+    assert any("8 of 5 x 4 places have no trace" in note for note in volume.notes)
+
+
+def test_inlines_of_segy_that_are_missing_leave_a_gap(tmp_path: Path) -> None:
+    volume = load(written_segy(tmp_path / "v.sgy", lines=(10, 12, 14, 20), located=False))
+    assert volume.values.shape == (3, 6, 5) and np.isnan(volume.values[:, 3:5]).all()
+    np.testing.assert_array_equal(volume.values[:, [0, 1, 2, 5]], marked.marked("f4"))
+
+
+@pytest.mark.parametrize(
+    ("lines", "reason"),
+    [((1, 2, 3, 3), "several at inline 3, crossline 10"), ((1, 2, 3, 3000), "too few for a grid of 5 x 3000")],
+)
+def test_traces_of_segy_that_are_on_no_grid(tmp_path: Path, lines: tuple[int, ...], reason: str) -> None:
+    with pytest.raises(InputError, match=rf"v\.sgy: .*{reason}"):
+        load(written_segy(tmp_path / "v.sgy", lines=lines))
 
 
 def test_segy_of_the_other_byte_order(tmp_path: Path) -> None:

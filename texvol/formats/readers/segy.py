@@ -1,13 +1,13 @@
 """SEG-Y: post-stack seismic traces on a grid of inlines and crosslines, read by segyio.
 
-The volume's axes are crosslines, inlines and samples. World x and y are the coordinates of the traces (CDP X and Y,
-with their scalar), in metres or feet; z is the time of a sample in ms, which runs downwards in the earth.
+The volume's axes are crosslines, inlines and samples. Surveys are seldom rectangles: a place without a trace is NaN.
+World x and y are the coordinates of the traces (CDP X and Y, with their scalar), in metres or feet; z is the time of a
+sample in ms, which runs downwards in the earth.
 """
 
 from __future__ import annotations
 
-import os
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,32 +18,39 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check
 _FEET = 2  # measurement system in the binary header
 _LENGTHS = (0, 1)  # coordinate units of a trace: not told, or lengths
 _FORMAT_AT, _FORMATS = 3224, 16  # byte of the code of the samples' format, and the largest code
-_OFF = 0.01  # of a bin, by which the far corner may lie elsewhere
+_OFF = 0.01  # of a bin, by which traces may lie elsewhere
+_SPARSEST = 10  # places of the grid for each trace
+_ROUNDING = 1e-9  # of a step, in which least squares end
+_AT_ONCE = 4096  # traces
 
 
 def read(path: str, choice: Choice) -> Samples:
-    """Return the samples of all traces."""
+    """Return the samples of all traces; those of a place without a trace are NaN."""
     check_survived(lambda: _described(path))
     import segyio
 
-    with segyio.open(path, mode="r", endian=_byte_order(path)) as file:
-        shape = _shape(path, file)
+    with segyio.open(path, mode="r", endian=_byte_order(path), ignore_geometry=True) as file:
+        places = _places(file)
+        shape = (places.crosslines, places.inlines, len(file.samples))
+        missing = places.crosslines * places.inlines - file.tracecount
+        dtype = np.dtype(np.result_type(file.dtype, np.float32) if missing else file.dtype)
+        check_size(shape, dtype.itemsize)
         pick("ZYX", shape[::-1], choice)
-        traces = np.asarray(file.trace.raw[:])
-        if _is_by_inlines(file):
-            planes = traces.reshape(shape[1], shape[0], shape[2])
-        else:
-            planes = traces.reshape(shape).swapaxes(0, 1)
-        values = np.ascontiguousarray(np.moveaxis(planes, 2, 0))
-        grid, notes = _grid(file, shape)
+        values = np.full(shape[::-1], np.nan, dtype) if missing else np.empty(shape[::-1], dtype)
+        for start in range(0, file.tracecount, _AT_ONCE):
+            part = slice(start, start + _AT_ONCE)
+            values[:, places.inline[part], places.crossline[part]] = file.trace.raw[part].T
+        grid, notes = _grid(file, places)
+    if missing:
+        notes += (f"{missing} of {by(shape[:2])} places have no trace: their samples are NaN",)
     return Samples(values, **grid, notes=notes)
 
 
 def _described(path: str) -> None:
     import segyio
 
-    with segyio.open(path, mode="r", endian=_byte_order(path)) as file:
-        _shape(path, file)
+    with segyio.open(path, mode="r", endian=_byte_order(path), ignore_geometry=True) as file:
+        check_size((file.tracecount, len(file.samples)), 4)
 
 
 def _byte_order(path: str) -> str:
@@ -55,52 +62,80 @@ def _byte_order(path: str) -> str:
     return "little" if is_little else "big"
 
 
-def _shape(path: str, file: Any) -> tuple[int, int, int]:
-    """Return the numbers of crosslines, inlines and samples; raise FileFault if traces are on no such grid."""
-    if file.unstructured or file.ilines is None:
-        raise FileFault("its traces are not on a grid of inlines and crosslines (bytes 189 and 193 of their headers)")
-    if len(file.offsets) != 1:
-        raise FileFault(f"must be stacked, got {len(file.offsets)} offsets")
-    shape = (len(file.xlines), len(file.ilines), len(file.samples))
-    needed = check_size(shape, 4)
-    if shape[0] * shape[1] != file.tracecount:
-        raise FileFault(f"must have a trace for each of {by(shape[:2])} crosslines and inlines, got {file.tracecount}")
-    if needed > 4 * os.path.getsize(path):  # samples take a byte or more
-        raise FileFault(f"holds {os.path.getsize(path)} bytes, but its {by(shape)} samples need {needed}")
-    return shape
+class _Places(NamedTuple):
+    """Place of each trace on the grid, and the grid's numbers of lines."""
+
+    inline: NDArray[np.int64]
+    crossline: NDArray[np.int64]
+    inlines: int
+    crosslines: int
 
 
-def _is_by_inlines(file: Any) -> bool:
-    """True if the traces of an inline follow each other."""
+def _places(file: Any) -> _Places:
+    """Return the places of all traces; raise FileFault if they are on no grid, or not stacked.
+
+    The distance of neighbouring lines is the greatest common divisor of the distances that occur.
+    """
     import segyio
 
-    return bool(file.sorting == segyio.TraceSortingFormat.INLINE_SORTING)
+    lines = [_header(file, byte) for byte in (segyio.TraceField.INLINE_3D, segyio.TraceField.CROSSLINE_3D)]
+    if file.tracecount > 1 and not any(each.any() for each in lines):
+        raise FileFault("its traces are not on a grid of inlines and crosslines (bytes 189 and 193 of their headers)")
+    steps = [max(int(np.gcd.reduce(np.diff(np.unique(each)))) if np.ptp(each) else 1, 1) for each in lines]
+    inline, crossline = ((each - each.min()) // step for each, step in zip(lines, steps, strict=True))
+    inlines, crosslines = int(inline.max()) + 1, int(crossline.max()) + 1
+    order = np.lexsort([crossline, inline])
+    same = np.flatnonzero((np.diff(inline[order]) == 0) & (np.diff(crossline[order]) == 0))
+    if same.size:
+        offsets = np.unique(_header(file, segyio.TraceField.offset)).size
+        if offsets > 1:
+            raise FileFault(f"must be stacked, got {offsets} offsets")
+        at, across = (int(each[order[same[0]]]) for each in lines)
+        raise FileFault(f"must have one trace at each place, got several at inline {at}, crossline {across}")
+    if inlines * crosslines > _SPARSEST * file.tracecount:
+        raise FileFault(
+            f"its {file.tracecount} traces are too few for a grid of {by((crosslines, inlines))} crosslines and inlines"
+        )
+    return _Places(inline, crossline, inlines, crosslines)
 
 
-def _grid(file: Any, shape: tuple[int, int, int]) -> tuple[dict[str, Any], tuple[str, ...]]:
+def _header(file: Any, byte: int) -> NDArray[np.int64]:
+    """Return a field of the headers of all traces."""
+    return np.asarray(file.attributes(byte)[:], np.int64)
+
+
+def _grid(file: Any, places: _Places) -> tuple[dict[str, Any], tuple[str, ...]]:
     """Return the grid of the traces' coordinates and the samples' times, and notes."""
     times = np.asarray(file.samples, np.float64)
     step = float(times[1] - times[0]) if len(times) > 1 else 1.0
-    corners = _corners(file, shape)
     notes = ["the third axis is time in ms, downwards; --spacing X,Y,Z scales it to depth"]
     length = "ft" if int(file.bin[3255]) == _FEET else "m"
-    if corners is None:
+    coordinates = _coordinates(file)
+    if coordinates is None:
         columns, origin, space = np.diag([1.0, 1.0, step]), np.array([0, 0, times[0]]), "crossline, inline, time (ms)"
         notes.append("its traces have no coordinates in lengths: crosslines and inlines are 1 apart")
     else:
-        first, along, across, far = corners
-        x = (along - first) / max(shape[0] - 1, 1)
-        y = (across - first) / max(shape[1] - 1, 1)
-        x, y = _completed(x, y)
-        if (
-            np.abs(first + x * (shape[0] - 1) + y * (shape[1] - 1) - far).max()
-            > _OFF * max(np.abs([x, y]).max(), 1e-9) + 1
-        ):
-            notes.append("the coordinates of its traces are no parallelogram: those of three corners are taken")
+        first, x, y, off = _fitted(coordinates, places)
+        if off > _OFF * max(np.abs([x, y]).max(), 1e-9) + 1:
+            notes.append(f"the coordinates of its traces are on no even grid: the nearest one is up to {off:.3g} away")
         columns = np.array([[x[0], y[0], 0], [x[1], y[1], 0], [0, 0, step]])
         origin, space = np.array([*first, times[0]]), f"x ({length}), y ({length}), time (ms)"
     spacing, direction = grid_from_columns(columns)
     return {"spacing": spacing, "direction": direction, "origin": origin, "space": space}, tuple(notes)
+
+
+def _fitted(
+    coordinates: NDArray[np.float64], places: _Places
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
+    """Return the origin and the steps of both kinds of lines by least squares, and the largest distance from them."""
+    middle = coordinates.mean(axis=0)  # coordinates have more digits than their differences
+    terms = np.column_stack([np.ones(len(coordinates)), places.crossline, places.inline]).astype(np.float64)
+    found = np.linalg.lstsq(terms, coordinates - middle, rcond=None)[0]
+    found[1:][np.abs(found[1:]) < _ROUNDING * np.abs(found[1:]).max(initial=0)] = 0
+    off = float(np.abs(terms @ found - (coordinates - middle)).max())
+    # Of a single line the other direction has no step.
+    x, y = (found[number] * (count > 1) for number, count in ((1, places.crosslines), (2, places.inlines)))
+    return (found[0] + middle, *_completed(x, y), off)
 
 
 def _completed(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -114,18 +149,14 @@ def _completed(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[NDArray[
     return x, y
 
 
-def _corners(file: Any, shape: tuple[int, int, int]) -> list[NDArray[np.float64]] | None:
-    """Return the coordinates of the first trace, the last crossline, the last inline, and both; None without any."""
+def _coordinates(file: Any) -> NDArray[np.float64] | None:
+    """Return the coordinates of all traces, shape (n, 2); None without any."""
     import segyio
 
     fields = segyio.TraceField
-    found = []
-    for inline, crossline in ((0, 0), (0, shape[0] - 1), (shape[1] - 1, 0), (shape[1] - 1, shape[0] - 1)):
-        number = inline * shape[0] + crossline if _is_by_inlines(file) else crossline * shape[1] + inline
-        header = file.header[number]
-        scalar = int(header[fields.SourceGroupScalar])
-        factor = float(scalar) if scalar > 0 else 1.0 / -scalar if scalar < 0 else 1.0
-        if int(header[fields.CoordinateUnits]) not in _LENGTHS:
-            return None
-        found.append(np.array([float(header[fields.CDP_X]), float(header[fields.CDP_Y])]) * factor)
-    return found if any(each.any() for each in found) else None
+    if not np.isin(_header(file, fields.CoordinateUnits), _LENGTHS).all():
+        return None
+    scalars = _header(file, fields.SourceGroupScalar).astype(np.float64)
+    factors = np.where(scalars > 0, scalars, 1 / np.where(scalars < 0, -scalars, 1.0))
+    found = np.column_stack([_header(file, fields.CDP_X), _header(file, fields.CDP_Y)]) * factors[:, np.newaxis]
+    return found if found.any() else None
