@@ -16,6 +16,8 @@ from support import marked
 
 from texvol import InputError, load
 from texvol.formats.readers import TimeSeries
+from texvol.formats.readers.microscopy import chosen_image
+from texvol.formats.readers.samples import Choice, FileFault
 
 # One channel and time step has the marked values, the others nothing.
 CHANNELS, STEPS, CHANNEL, STEP = 2, 3, 1, 2
@@ -47,9 +49,9 @@ def check(path: Path, dtype: str = "uint16", *, channels: int = CHANNELS) -> Any
     return volume
 
 
-def written_czi(path: Path, dtype: str = "u2", scenes: int = 1) -> Path:
+def written_czi(path: Path, dtype: str = "u2", scenes: int = 1, missing: tuple[tuple[int, int, int], ...] = ()) -> Path:
     with czi.create_czi(str(path)) as file:
-        for t, c, z in np.ndindex(planes().shape[:3]):
+        for t, c, z in (each for each in np.ndindex(planes().shape[:3]) if each not in missing):
             for scene in range(scenes):
                 plane = planes(dtype)[t, c, z] * (1 if scene == 0 else 0)
                 place = {"T": t, "C": c, "Z": z}
@@ -74,6 +76,23 @@ def test_scenes_of_czi(tmp_path: Path) -> None:
     assert load(path, image="scene 1", channel=1, time=2).values.max() == 0
     with pytest.raises(InputError, match=r"has no image 2 \(--image\)"):
         load(path, image=2, channel=1, time=2)
+
+
+def test_slices_that_a_czi_lacks_are_told(tmp_path: Path) -> None:
+    path = written_czi(tmp_path / "v.czi", missing=((2, 1, 1), *((1, 0, z) for z in range(planes().shape[2]))))
+    lacking = load(path, channel=1, time=2)
+    assert not lacking.values[1].any() and lacking.values[0].any()
+    assert any("1 of 3 slices are not in the file and are 0: 1" in note for note in lacking.notes)
+    assert not any("not in the file" in note for note in load(path, channel=0, time=2).notes)
+    with pytest.raises(InputError, match="has no pixels of this scene, channel and time"):
+        load(path, channel=0, time=1)
+
+
+def test_of_images_with_one_name_a_number_chooses() -> None:
+    choice = Choice(image="Series001")
+    with pytest.raises(FileFault, match="has 2 images of the name Series001: --image N chooses one of 0, 2"):
+        chosen_image(["Series001", "Series002", "Series001"], choice)
+    assert chosen_image(["Series001", "Series002", "Series001"], choice._replace(image=2)) == 2
 
 
 # Lengths are those from the first to the last sample, in metres.

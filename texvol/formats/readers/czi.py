@@ -12,6 +12,8 @@ from texvol.formats.readers.child_process import check_survived
 from texvol.formats.readers.microscopy import chosen_image, of_channel, spacing_of, stack
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_unpacked
 
+_WHITE = (1.0, 1.0, 1.0)
+_MOST_LISTED = 12
 _TYPES = {"Gray8": "u1", "Gray16": "u2", "Gray32Float": "f4"}
 
 
@@ -22,14 +24,29 @@ def read(path: str, choice: Choice) -> Samples:
 
     with czi.open_czi(path) as file:
         scene, sizes, dtype, corner = _form(file, path, choice)
+        missing: list[int] = []
 
         def plane(time: int, channel: int, number: int) -> np.ndarray:
             place = {"T": time + corner["T"], "C": channel + corner["C"], "Z": number + corner["Z"]}
-            return np.asarray(file.read(plane=place, scene=scene))[..., 0]
+            found = np.asarray(file.read(plane=place, scene=scene))[..., 0]
+            # A plane that is not in the file has the colour of the background.
+            if not found.any() and np.asarray(file.read(plane=place, scene=scene, background_pixel=_WHITE)).all():
+                missing.append(number)
+            return found
 
         values, channel = stack(sizes, dtype, choice, plane)
         described = _metadata(file)
-    return Samples(values, **_spacing(described), **of_channel(channel, sizes["C"], *_channels(described, sizes["C"])))
+    more = of_channel(channel, sizes["C"], *_channels(described, sizes["C"]))
+    notes = (*more.pop("notes", ()), *_notes(missing, sizes["Z"]))
+    return Samples(values, **_spacing(described), **more, notes=notes)
+
+
+def _notes(missing: list[int], count: int) -> tuple[str, ...]:
+    """Return a note on slices that the file does not have; raise FileFault if it has none."""
+    if len(missing) == count:
+        raise FileFault("has no pixels of this scene, channel and time")
+    listed = ", ".join(map(str, missing[:_MOST_LISTED])) + (", …" if len(missing) > _MOST_LISTED else "")
+    return (f"{len(missing)} of {count} slices are not in the file and are 0: {listed}",) if missing else ()
 
 
 def _described(path: str, choice: Choice) -> None:

@@ -28,7 +28,11 @@ def chosen_image(names: Sequence[str], choice: Choice) -> int:
         return 0
     wanted = str(choice.image)
     if wanted in names:
-        return list(names).index(wanted)
+        numbers = [number for number, name in enumerate(names) if name == wanted]
+        if len(numbers) > 1:
+            listed = ", ".join(map(str, numbers[:_MOST_NAMED]))
+            raise FileFault(f"has {len(numbers)} images of the name {wanted}: --image N chooses one of {listed}")
+        return numbers[0]
     if wanted.isdigit() and int(wanted) < len(names):
         return int(wanted)
     raise FileFault(f"has no image {wanted} (--image); it has {listed}")
