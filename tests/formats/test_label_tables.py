@@ -219,6 +219,23 @@ def test_a_fault_below_named_columns_is_said_with_its_line(tmp_path: Path, text:
     assert str(error.value).startswith(f"{path}: {fault}")
 
 
+@given(
+    st.sampled_from(["index\tname\tcolor", "LabelValue,Name,Color_R,Color_G,Color_B,Color_A", "label;name;r;g;b;a"]),
+    st.text(alphabet='019.,;\t"#nab/-\n', max_size=100),
+)
+def test_any_text_below_named_columns_is_a_table_or_an_input_error(
+    tmp_path_factory: pytest.TempPathFactory, header: str, text: str
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "any.tsv"
+    path.write_text(f"{header}\n{text}", encoding="utf-8")
+    try:
+        entries = read_label_table(path).entries
+    except InputError as error:
+        assert "\n" not in str(error)
+        return
+    assert entries and all(entry.name for entry in entries.values())
+
+
 def test_an_alpha_of_0_hides_nothing_where_most_have_it(tmp_path: Path) -> None:
     """FreeSurfer's own table: 0 for nearly all labels, 255 for a few."""
     few = "0 Unknown 0 0 0 0\n1 a 9 0 0 0\n2 b 0 9 0 0\n3 c 0 0 9 255\n"
