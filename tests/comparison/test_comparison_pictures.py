@@ -310,3 +310,10 @@ def test_names_of_channels_do_not_break_the_line(tmp_path: Path) -> None:
         read_picture(path)
     assert "\n" not in str(caught.value)
     assert "\x1b" not in str(caught.value)
+
+
+def test_an_array_may_have_another_byte_order_and_no_mask() -> None:
+    values = np.arange(24, dtype=np.uint16).reshape(2, 4, 3) * 2000
+    np.testing.assert_array_equal(Picture.of_array(values.astype(">u2")).pixels, Picture.of_array(values).pixels)
+    with pytest.raises(InputError, match=r"must have no masked pixels; use array.filled"):
+        Picture.of_array(np.ma.masked_greater(values, 9000))

@@ -89,9 +89,12 @@ class Picture:
         Raises
         ------
         InputError
-            If the array has another shape or type, or no pixels.
+            If the array has another shape or type, no pixels, or masked ones.
         """
+        if np.ma.is_masked(array):
+            raise InputError(f"{name}: must have no masked pixels; use array.filled(value)")
         pixels = np.asarray(array)
+        pixels = pixels.astype(pixels.dtype.newbyteorder("="), copy=False)  # files of another byte order
         pixels = pixels[..., np.newaxis] if pixels.ndim == 2 else pixels
         if pixels.ndim != 3 or not 1 <= pixels.shape[2] <= 4 or pixels.size == 0:
             raise InputError(f"{name}: shape must be (height, width) or (height, width, 1 to 4), got {pixels.shape}")
