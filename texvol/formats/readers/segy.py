@@ -128,8 +128,10 @@ def _fitted(
     coordinates: NDArray[np.float64], places: _Places
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float]:
     """Return the origin and the steps of both kinds of lines by least squares, and the largest distance from them."""
+    is_known = coordinates.any(axis=1)  # of some traces they may be left 0
+    crossline, inline, coordinates = places.crossline[is_known], places.inline[is_known], coordinates[is_known]
     middle = coordinates.mean(axis=0)  # coordinates have more digits than their differences
-    terms = np.column_stack([np.ones(len(coordinates)), places.crossline, places.inline]).astype(np.float64)
+    terms = np.column_stack([np.ones(len(coordinates)), crossline, inline]).astype(np.float64)
     found = np.linalg.lstsq(terms, coordinates - middle, rcond=None)[0]
     found[1:][np.abs(found[1:]) < _ROUNDING * np.abs(found[1:]).max(initial=0)] = 0
     off = float(np.abs(terms @ found - (coordinates - middle)).max())
@@ -158,5 +160,6 @@ def _coordinates(file: Any) -> NDArray[np.float64] | None:
         return None
     scalars = _header(file, fields.SourceGroupScalar).astype(np.float64)
     factors = np.where(scalars > 0, scalars, 1 / np.where(scalars < 0, -scalars, 1.0))
-    found = np.column_stack([_header(file, fields.CDP_X), _header(file, fields.CDP_Y)]) * factors[:, np.newaxis]
+    places = [_header(file, each).astype(np.float64) for each in (fields.CDP_X, fields.CDP_Y)]
+    found = np.column_stack(places) * factors[:, np.newaxis]
     return found if found.any() else None

@@ -117,7 +117,7 @@ def _slicer(fields: dict[str, Any]) -> Content:
         keys |= more
     if len(properties) > 1:
         notes += (f"the first of its {len(properties)} volume properties is taken",)
-    if len(components) > 1:
+    if isinstance(components, list) and len(components) > 1:
         notes += (f"the first of its {len(components)} components is taken",)
     if (unit := part.get("scalarOpacityUnitDistance")) is None:
         length = Length(reason="per 1 world unit, as 3D Slicer takes them where a file does not say it")

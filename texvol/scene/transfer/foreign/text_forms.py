@@ -135,8 +135,8 @@ def mricrogl(text: str) -> Content:
     for number in range(count):
         at = _field(fields, f"nodeintensity{number}") / _BYTE
         at = 1.0 if number == count - 1 else at  # as MRIcroGL moves the last node
-        color = _bytes(fields.get(f"nodergba{number}", ""), f"nodergba{number}")
-        rows.append([at if is_relative else low + at * (high - low), *color])
+        rgba = _bytes(fields.get(f"nodergba{number}", ""), f"nodergba{number}")
+        rows.append([at if is_relative else low + at * (high - low), *rgba])
     color, opacity = _both(sorted(rows, key=lambda row: row[0]))
     length = Length("spacing", 1.0, "per smallest spacing of samples, MRIcroGL's voxel")
     return Content(color, opacity, length, _IN_RANGE if is_relative else {}, (_OF_THE_RANGE,) if is_relative else ())
