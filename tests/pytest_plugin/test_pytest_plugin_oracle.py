@@ -215,6 +215,9 @@ def test_it(check_picture, name):
     report = project.report()["by_name"]
     assert (report["bone"]["status"], report["wrong"]["status"]) == ("same", "different")
     assert "the oracle" in said(result) and "texvol-update" not in said(result)
+    # There is no reference that the candidate could become.
+    assert report["wrong"]["not_accepted"] == "it is held against the oracle, and has no reference"
+    assert 'name="accept"' not in (project.folder / "report/index.html").read_text("utf-8")
     assert not project.references.exists()
 
 
