@@ -20,7 +20,8 @@ from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.package import environment_of_child
-from texvol.window.remote.last_picture import LastPicture
+from texvol.window.remote import boxes
+from texvol.window.remote.last_picture import LastPicture, Output, Shot
 from texvol.window.remote.viewer import Pieces
 from texvol.window.stand_in import with_stand_ins
 
@@ -194,20 +195,27 @@ def _widget_class() -> Any:
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1], title=window.title)
-            self.last = LastPicture(window.size[0], lambda picture: self.set_trait("picture", picture))
-            self.output = self.last.output
+            self.last = LastPicture(window.size[0], lambda: first_picture(window)._repr_png_())
+            self.last.put.append(self.keep)
+            self.below = Output(repr(self), lambda: Shot(self.last.png, self.last.width))
+            self.output = self.below.name
             self.cells = Cells(window, self.send, self.last)
             self.on_msg(lambda _, message, __: self.cells.hear(message))
+            boxes.teach(lambda each: isinstance(each, Widget))
 
         def __repr__(self) -> str:
             return f"<{self.title}, {self.width} x {self.height}>"
 
         def _ipython_display_(self) -> None:
-            from IPython.display import display
-
+            self.keep()
             bundle = self._repr_mimebundle_()
-            display(bundle[0] if isinstance(bundle, tuple) else bundle, raw=True)
-            self.last.display(lambda: first_picture(self.cells.window)._repr_png_())
+            self.below.display(bundle[0] if isinstance(bundle, tuple) else bundle)
+            if self.below.update not in self.last.put:
+                self.last.put.append(self.below.update)
+
+        def keep(self) -> None:
+            """Keep the last picture in the state of the widget, and in cells that show it."""
+            self.set_trait("picture", self.last.png)
 
         def close(self) -> None:
             """End the window, and close the widget."""
