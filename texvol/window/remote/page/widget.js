@@ -27,7 +27,16 @@ function render({model, el}) {
     box.append(still);
     box.classList.add("texvol-shown");
   }
-  const come = () => model.send({view: true});
+  // A window takes processes, so that it starts once it is seen; until then its picture stands there.
+  let begun = false;
+  const come = () => { if (begun) model.send({view: true}); };
+  const seeing = new IntersectionObserver(entries => {
+    if (!entries.some(each => each.isIntersecting)) return;
+    seeing.disconnect();
+    begun = true;
+    come();
+    view.begin();
+  });
   function take(message, buffers) {
     if (message.put) return;  // of the box that it is in, see initialize
     if (message.error) box.textContent = "texvol: error: " + message.error;
@@ -39,11 +48,12 @@ function render({model, el}) {
     });
   }
   model.on("msg:custom", take);
-  come();
-  view.begin();
+  seeing.observe(box);
   return () => {
+    seeing.disconnect();
     model.off("msg:custom", take);
     view.end();
+    if (!begun) return;
     try { model.send({view: false}); } catch { /* the kernel has ended, and the window with it */ }
   };
 }
