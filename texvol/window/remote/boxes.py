@@ -53,7 +53,7 @@ def _windows(widget: Any, is_window: Callable[[Any], bool]) -> Iterator[Any]:
 
 
 def _shot(box: Any, is_window: Callable[[Any], bool]) -> Shot:
-    """Return the pictures of a box as one, arranged as the box does; behind each other (Tab) becomes below each other."""
+    """Return the pictures of a box as one, arranged as the box arranges them; those of a Tab stand below each other."""
     scale = max(each.last.scale for each in _windows(box, is_window))
     image = _image(box, is_window, round(_MARGIN * scale))
     file = io.BytesIO()
