@@ -42,6 +42,13 @@ class Jupyter(NamedTuple):
         loads = "globalThis.jupyterapp !== undefined && document.querySelector('.jp-Notebook .cm-content') !== null"
         return page_of(browser, self.folder, url, 900, 700, loads)
 
+    def wait_for_kernel(self) -> None:
+        """Wait for a kernel that a page is connected to."""
+        until(lambda: [each["kernel"]["execution_state"] for each in self._kernels()] == ["idle"])
+
+    def _kernels(self) -> list[Any]:
+        return [each for each in self.ask("GET", "sessions") if each["kernel"]["connections"]]
+
     def without_kernels(self) -> None:
         for each in self.ask("GET", "sessions"):
             self.ask("DELETE", f"sessions/{each['id']}")
@@ -102,12 +109,8 @@ def notebook(*cells: str) -> str:
 
 
 def command(page: Page, name: str) -> None:
-    """Do what an entry of JupyterLab's menus does."""
-    page.tell(f"jupyterapp.commands.execute({json.dumps(name)}).then(() => true)")
-
-
-def wait_for_kernel(page: Page) -> None:
-    page.wait_for("(document.querySelector('.jp-Notebook-ExecutionIndicator')?.dataset.status ?? '') === 'idle'")
+    """Begin what an entry of JupyterLab's menus does."""
+    page.tell(f"void jupyterapp.commands.execute({json.dumps(name)})")
 
 
 def windows_of(server: Jupyter) -> list[int]:

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from PIL import Image
 from support.browser import Browser, Page
-from support.jupyter import Jupyter, command, jupyter, notebook, wait_for_kernel, windows_of
+from support.jupyter import Jupyter, command, jupyter, notebook, windows_of
 from support.served import settled
 from support.windows import ball, until
 
@@ -23,7 +23,8 @@ _BOX = f"ipywidgets.VBox([ipywidgets.HBox([{_SHOW}, {_SHOW}]), ipywidgets.IntSli
 # The class of each output that is seen, and its text.
 _SEEN = """JSON.stringify([...document.querySelectorAll('.jp-OutputArea-child')]
 .filter(e => e.getClientRects().length && e.getClientRects()[0].height > 8)
-.map(e => [e.querySelector('.texvol-window') ? 'window' : e.querySelector('img') ? 'picture' : 'other', e.innerText.trim()]))"""
+.map(e => [e.querySelector('.texvol-window') ? 'window' : e.querySelector('img') ? 'picture' : 'other',
+e.innerText.trim()]))"""
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +50,8 @@ def save(page: Page) -> None:
     command(page, "docmanager:save")
 
 
-def run_all(page: Page, windows: int) -> None:
-    wait_for_kernel(page)
+def run_all(server: Jupyter, page: Page, windows: int) -> None:
+    server.wait_for_kernel()
     command(page, "notebook:run-all-cells")
     page.wait_for(f"document.querySelectorAll('canvas[data-type]').length === {windows}")
 
@@ -61,7 +62,7 @@ def test_a_window_is_dragged_and_its_last_picture_is_there_without_the_kernel(
     path = server.folder / "one.ipynb"
     path.write_text(notebook(_FIRST, _SHOW, _BOX))
     page = server.opened(browser, path.name)
-    run_all(page, 3)
+    run_all(server, page, 3)
     assert seen(page) == [["window", ""], ["window", "0"]]
     before, (x, y) = settled(page), page.middle("canvas")
     assert before.shape == (120, 160, 3)
@@ -80,7 +81,7 @@ def test_a_window_is_dragged_and_its_last_picture_is_there_without_the_kernel(
     server.without_kernels()
     until(lambda: not windows_of(server))
     page = server.opened(browser, path.name)
-    wait_for_kernel(page)  # another one, that knows no widget
+    server.wait_for_kernel()  # another one, that knows no widget
     until(lambda: seen(page) == [["picture", ""], ["picture", ""]])
     path.with_name("other.ipynb").write_text(path.read_text().replace("import ipywidgets", "import  ipywidgets"))
     page.close()
@@ -109,7 +110,7 @@ def test_windows_that_are_not_seen_deleted_or_of_a_kernel_that_has_ended_take_no
         notebook(_FIRST, *[_SHOW] * 2, "from IPython.display import HTML; HTML('<p style=height:2000px>')", _SHOW)
     )
     page = server.opened(browser, path.name)
-    run_all(page, 2)
+    run_all(server, page, 2)
     first = windows_of(server)
     assert len(first) == 2, "the third window is not seen"
     command(page, "notebook:run-all-cells")

@@ -120,9 +120,13 @@ class Browser:
         path = self._path(text)
         try:
             reach.check(path)
+            self._enter(path)
         except InputError as error:
             self.listing.fault = str(error)
-            return
+        except OSError as error:  # a name is too long
+            self.listing.fault = error.strerror or str(error)
+
+    def _enter(self, path: Path) -> None:
         if path.is_dir() and not (path.name.lower().endswith(".zarr") and not self.saves):
             self.go(path)
             self.text = ""
