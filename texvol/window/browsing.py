@@ -176,7 +176,7 @@ class Browser:
     def press(self) -> None:
         """Do what the button of the dialog says: go to the typed path, or else open the selected entry."""
         typed = bool(self.text) and not self.saves
-        if typed and (self.selected is None or self._path(self.text).exists()):
+        if typed and (self.selected is None or os.path.exists(self._path(self.text))):
             self.enter(self.text)
         else:
             self.accept()
