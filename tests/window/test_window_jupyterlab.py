@@ -47,7 +47,7 @@ def saved_pictures(path: Path) -> list[np.ndarray]:
 
 
 def save(page: Page) -> None:
-    command(page, "docmanager:save")
+    page.tell("jupyterapp.commands.execute('docmanager:save').then(() => true)")
 
 
 def run_all(server: Jupyter, page: Page, windows: int) -> None:
