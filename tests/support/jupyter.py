@@ -19,7 +19,7 @@ import pytest
 
 from support.browser import Browser, Page
 from support.served import page_of
-from support.windows import environment, until
+from support.windows import PATIENCE, environment, until
 
 
 class Jupyter(NamedTuple):
@@ -33,7 +33,7 @@ class Jupyter(NamedTuple):
         """JSON that the server answers."""
         told = {"Authorization": f"token {self.token}"}
         request = urllib.request.Request(f"{self.address}/api/{path}", method=method, headers=told)
-        with urllib.request.urlopen(request, timeout=10) as answer:
+        with urllib.request.urlopen(request, timeout=PATIENCE) as answer:
             return json.loads(answer.read() or "null")
 
     def opened(self, browser: Browser, name: str) -> Page:

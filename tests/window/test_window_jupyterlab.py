@@ -7,7 +7,6 @@ import io
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -56,6 +55,7 @@ def run_all(server: Jupyter, page: Page, windows: int) -> None:
     page.wait_for(f"document.querySelectorAll('canvas[data-type]').length === {windows}")
 
 
+@pytest.mark.slow
 def test_a_window_is_dragged_and_its_last_picture_is_there_without_the_kernel(
     browser: Browser, server: Jupyter
 ) -> None:
@@ -102,6 +102,7 @@ def _check_keys(page: Page) -> None:
     assert page.tell(f"[{cells}, document.activeElement.ariaLabel]") == [before, "keys"]
 
 
+@pytest.mark.slow
 def test_windows_that_are_not_seen_deleted_or_of_a_kernel_that_has_ended_take_no_process(
     browser: Browser, server: Jupyter
 ) -> None:
@@ -119,7 +120,7 @@ def test_windows_that_are_not_seen_deleted_or_of_a_kernel_that_has_ended_take_no
     page.click(".jp-Notebook .jp-Cell:nth-child(2) .cm-content")
     command(page, "notebook:delete-cell")
     until(lambda: len(windows_of(server)) == 1)
-    kernel: Any = server.ask("GET", "sessions")[0]["kernel"]["id"]
+    (kernel,) = [each["kernel"]["id"] for each in server.ask("GET", "sessions") if each["path"] == path.name]
     server.ask("POST", f"kernels/{kernel}/restart")
     until(lambda: not windows_of(server))
     assert [kind for kind, _ in seen(page)][:1] == ["window"], "with its last picture"
