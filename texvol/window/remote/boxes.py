@@ -22,7 +22,7 @@ def teach(is_window: Callable[[Any], bool]) -> None:
         from ipywidgets import Box
     except ModuleNotFoundError:
         return
-    shell = get_ipython()  # type: ignore[no-untyped-call]
+    shell: Any = get_ipython()
     if shell is not None:
         formatter = shell.display_formatter.ipython_display_formatter
         formatter.for_type(Box, lambda box: _display(box, is_window))

@@ -71,6 +71,7 @@ def show(
         with Renderer(backend) as renderer:
             return renderer.render(scene, pixels, **accuracy)
     name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
+    boxes.teach(lambda each: isinstance(each, _widget_class()))
     return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
 
 
@@ -175,15 +176,21 @@ def page_script() -> str:
     return "".join((_PAGE / name).read_text("utf-8") for name in ("view.js", "widget.js"))
 
 
-@cache
-def _widget_class() -> Any:
-    """Return the class of widgets, which is made once anywidget is wanted."""
+def _libraries() -> tuple[Any, Any]:
+    """Return anywidget and traitlets."""
     try:
         import anywidget
         import PIL.Image  # noqa: F401 (packs frames)
         import traitlets
     except ModuleNotFoundError as error:
         raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
+    return anywidget, traitlets
+
+
+@cache
+def _widget_class() -> Any:
+    """Return the class of widgets, which is made once anywidget is wanted."""
+    anywidget, traitlets = _libraries()
 
     class Widget(anywidget.AnyWidget):
         """Window in a cell; `close()` ends it."""
@@ -201,7 +208,6 @@ def _widget_class() -> Any:
             self.output = self.below.name
             self.cells = Cells(window, self.send, self.last)
             self.on_msg(lambda _, message, __: self.cells.hear(message))
-            boxes.teach(lambda each: isinstance(each, Widget))
 
         def __repr__(self) -> str:
             return f"<{self.title}, {self.width} x {self.height}>"
