@@ -176,21 +176,22 @@ def page_script() -> str:
     return "".join((_PAGE / name).read_text("utf-8") for name in ("view.js", "widget.js"))
 
 
-def _libraries() -> tuple[Any, Any]:
-    """Return anywidget and traitlets."""
+def _check_libraries() -> None:
+    """Raise MissingExtraError if a library is not installed."""
     try:
         import anywidget
-        import PIL.Image  # noqa: F401 (packs frames)
-        import traitlets
+        import PIL.Image
+        import traitlets  # noqa: F401
     except ModuleNotFoundError as error:
         raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
-    return anywidget, traitlets
 
 
 @cache
 def _widget_class() -> Any:
     """Return the class of widgets, which is made once anywidget is wanted."""
-    anywidget, traitlets = _libraries()
+    _check_libraries()  # Pillow packs frames
+    import anywidget
+    import traitlets
 
     class Widget(anywidget.AnyWidget):
         """Window in a cell; `close()` ends it."""
