@@ -40,12 +40,13 @@ class Output:
         self.name = uuid.uuid4().hex  # by which the picture is found
         self._text, self._shot = text, shot
 
-    def display(self, bundle: dict[str, Any]) -> None:
-        """Add outputs to the cell that is run; the bundle is the widget's."""
+    def display(self, bundle: Any) -> None:
+        """Add outputs to the cell that is run; the bundle, with metadata or without, is the widget's."""
         from IPython.display import display
 
         display({"text/html": _HIDING, "text/plain": ""}, raw=True)
-        display(bundle | {"text/plain": ""}, raw=True)
+        content = bundle[0] if isinstance(bundle, tuple) else bundle
+        display(content | {"text/plain": ""}, raw=True)
         data, how = self._told(self._shot())
         display(data, **how)
 

@@ -65,7 +65,7 @@ def show(
     if interactive:
         if accuracy:
             raise InputError(f"{min(accuracy)} is of a picture: give interactive=False with it")
-        _widget_class()  # reports what is missing before anything is read
+        _check_libraries()  # before anything is read
     scene, pixels = scene_of(what, size, **how)
     if not interactive:
         with Renderer(backend) as renderer:
@@ -179,8 +179,8 @@ def page_script() -> str:
 def _check_libraries() -> None:
     """Raise MissingExtraError if a library is not installed."""
     try:
-        import anywidget
-        import PIL.Image
+        import anywidget  # noqa: F401
+        import PIL.Image  # noqa: F401 (packs frames)
         import traitlets  # noqa: F401
     except ModuleNotFoundError as error:
         raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
@@ -189,7 +189,6 @@ def _check_libraries() -> None:
 @cache
 def _widget_class() -> Any:
     """Return the class of widgets, which is made once anywidget is wanted."""
-    _check_libraries()  # Pillow packs frames
     import anywidget
     import traitlets
 
@@ -215,8 +214,7 @@ def _widget_class() -> Any:
 
         def _ipython_display_(self) -> None:
             self.keep()
-            bundle = self._repr_mimebundle_()
-            self.below.display(bundle[0] if isinstance(bundle, tuple) else bundle)
+            self.below.display(self._repr_mimebundle_())
             if self.below.update not in self.last.put:
                 self.last.put.append(self.below.update)
 
