@@ -55,13 +55,13 @@ def served(folder: Path, *words: str) -> Iterator[Served]:
         process.communicate()
 
 
-def page_of(browser: Browser, folder: Path, url: str, width: int = 600, height: int = 400) -> Page:
-    """A page of the address, in a window of a given size."""
+def page_of(browser: Browser, folder: Path, url: str, width: int = 600, height: int = 400, loads: str = "") -> Page:
+    """A page of the address, in a window of a given size, once an expression is true that tells that it is loaded."""
     empty = folder / "empty.html"
     empty.write_text("<!doctype html>", "utf-8")
     page = Page(browser, empty, width, height)
     page.call("Page.navigate", url=url)
-    page.wait_for(f"location.href === {json.dumps(url)} && document.readyState === 'complete'")
+    page.wait_for(loads or f"location.href === {json.dumps(url)} && document.readyState === 'complete'")
     return page
 
 

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import h5py
 import meshio
+import nibabel
 import numpy as np
 import pytest
 import tifffile
+import zarr
+from scipy.io import savemat
+from support.fuzzing.seeds_sciences import seeds
 
 from texvol import TransferFunction, geometry, load
 from texvol.util import reach, writing
@@ -63,6 +68,117 @@ def test_a_dataset_whose_samples_another_file_holds_is_read_from_within_only(ins
     assert load(write(inside / "good.h5", beside), variable="/v").values.sum() == 64
     with pytest.raises(InputError, match="in-other.*is outside"):
         load(write(inside / "bad.h5", str(inside.parent / "in-other/b")), variable="/v")
+    with h5py.File(inside / "good.h5") as file, h5py.File(inside / "far.h5", "w") as far:
+        assert file["v"].shape == (4, 4, 4)
+        far["v"] = h5py.ExternalLink("bad.h5", "/v")  # a file within that names one outside
+    with pytest.raises(InputError, match="in-other.*is outside"):
+        load(inside / "far.h5", variable="/v")
+
+
+@pytest.mark.parametrize("ending", ["nc", "mnc", "med", "ims", "e"])
+def test_other_formats_in_hdf5_name_files_within_only(inside: Path, ending: str) -> None:
+    with h5py.File(inside / f"b.{ending}", "w") as file:
+        file["/a/b"] = h5py.ExternalLink("../in-other/b.h5", "/v")
+    with h5py.File(inside.parent / "in-other/b.h5", "w") as file:
+        file["v"] = np.ones((4, 4, 4), np.float32)
+    with pytest.raises(InputError, match="in-other/b.h5: is outside"):
+        load(inside / f"b.{ending}")
+
+
+def test_names_of_parts_with_numbers_are_held_too(inside: Path) -> None:
+    other = inside.parent / "in-other"
+    with h5py.File(other / "b-0.h5", "w") as file:
+        file["v"] = np.ones((4, 4, 4), np.float32)
+    many = h5py.h5s.UNLIMITED
+    space, made = h5py.h5s.create_simple((4, 4, 4), (many, 4, 4)), h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    space.select_hyperslab((0, 0, 0), (many, 1, 1), (4, 4, 4), (4, 4, 4))
+    made.set_virtual(space, b"../in-other/b-%b.h5", b"v", h5py.h5s.create_simple((4, 4, 4)))
+    with h5py.File(inside / "b.h5", "w") as file:
+        h5py.h5d.create(file.id, b"v", h5py.h5t.IEEE_F32LE, space, made)
+    with pytest.raises(InputError, match="in-other/b-0.h5: is outside"):
+        load(inside / "b.h5", variable="/v")
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("linked", ["chunk", "folder of chunks", "array", "metadata"])
+def test_chunks_and_metadata_of_a_store_are_read_from_within_only(inside: Path, version: Any, linked: str) -> None:
+    def write(folder: Path) -> Path:
+        group = zarr.open_group(folder, mode="w", zarr_format=version)
+        chunks: dict[str, Any] = {"chunk_key_encoding": {"name": "default", "separator": "/"}} if version == 3 else {}
+        array = group.create_array("v", shape=(4, 4, 4), chunks=(2, 2, 2), dtype="f4", **chunks)
+        array[:] = 1
+        return folder
+
+    good, other = write(inside / "good.zarr"), write(inside.parent / "in-other/a.zarr")
+    places = ["v/c/1/1/1", "v/c/1", "v", "v/zarr.json"] if version == 3 else ["v/1.1.1", "v", "v", "v/.zarray"]
+    place = places[["chunk", "folder of chunks", "array", "metadata"].index(linked)]
+    moved = good / place
+    moved.rename(inside / "moved")
+    moved.symlink_to(inside / "moved")
+    assert load(good, variable="v").values.sum() == 64, "a link within the folders"
+    moved.unlink()
+    moved.symlink_to(other / place)
+    with pytest.raises(InputError, match="is outside"):
+        load(good, variable="v")
+
+
+HEADERS = {
+    "nrrd": "NRRD0004\ntype: float\ndimension: 3\nsizes: 4 4 4\nencoding: raw\nendian: little\ndata file: FILE\n",
+    "mhd": "NDims = 3\nDimSize = 4 4 4\nElementType = MET_FLOAT\nElementDataFile = FILE\n",
+}
+
+
+@pytest.mark.parametrize("named", ["b.raw", "../in-other/b.raw", "ABSOLUTE", "links/b.raw"])
+@pytest.mark.parametrize("kind", list(HEADERS))
+def test_a_data_file_that_a_header_names_is_read_from_within_only(inside: Path, kind: str, named: str) -> None:
+    other = inside.parent / "in-other/b.raw"
+    other.write_bytes(np.ones(64, np.float32).tobytes())
+    (inside / "b.raw").symlink_to(other)
+    header = inside / f"b.{kind.replace('nrrd', 'nhdr')}"
+    header.write_text(HEADERS[kind].replace("FILE", named.replace("ABSOLUTE", str(other))))
+    with pytest.raises(InputError, match="outside|absolute"):
+        load(header)
+
+
+@pytest.mark.parametrize("linked", [0, 1])
+@pytest.mark.parametrize("kind", ["NIfTI", "Analyze", "AFNI"])
+def test_both_halves_of_a_pair_are_read_from_within_only(inside: Path, kind: str, linked: int) -> None:
+    other = inside.parent / "in-other"
+    if kind == "AFNI":
+        names = ["v+orig.HEAD", "v+orig.BRIK"]
+        for name, content in next(each.files for each in seeds() if each.kind == "afni").items():
+            (inside / name).write_bytes(content)
+    else:
+        names = ["b.hdr", "b.img"]
+        image = {"NIfTI": nibabel.Nifti1Pair, "Analyze": nibabel.AnalyzeImage}[kind]
+        image(np.ones((4, 4, 4), np.float32), np.eye(4)).to_filename(inside / "b.img")
+    assert load(inside / names[0]).size
+    (inside / names[linked]).rename(other / names[linked])
+    (inside / names[linked]).symlink_to(other / names[linked])
+    for each in names:
+        with pytest.raises(InputError, match="is outside"):
+            load(inside / each)
+
+
+def test_a_matrix_beside_analyze_is_read_from_within_only(inside: Path) -> None:
+    nibabel.AnalyzeImage(np.ones((4, 4, 4), np.float32), np.eye(4)).to_filename(inside / "b.img")
+    savemat(inside.parent / "in-other/b.mat", {"mat": np.eye(4)})
+    (inside / "b.mat").symlink_to(inside.parent / "in-other/b.mat")
+    with pytest.raises(InputError, match="b.mat: is outside"):
+        load(inside / "b.hdr")
+
+
+@pytest.mark.parametrize("name", ["../in-other/part.vtu", "link.vtu"])
+def test_parts_of_a_pvtu_are_read_from_within_only(inside: Path, name: str) -> None:
+    part = inside.parent / "in-other/part.vtu"
+    part.write_text("<VTKFile type='UnstructuredGrid'/>")
+    (inside / "link.vtu").symlink_to(part)
+    (inside / "b.pvtu").write_text(
+        "<?xml version='1.0'?><VTKFile type='PUnstructuredGrid' version='1.0' byte_order='LittleEndian'>"
+        f"<PUnstructuredGrid><Piece Source='{name}'/></PUnstructuredGrid></VTKFile>"
+    )
+    with pytest.raises(InputError, match="is outside"):
+        load(inside / "b.pvtu", resolution=(4, 4, 4))
 
 
 def test_slices_and_meshes_are_read_from_within_only(inside: Path) -> None:
@@ -82,8 +198,10 @@ def test_slices_and_meshes_are_read_from_within_only(inside: Path) -> None:
             file.rename(other / file.name)
             text = path.read_text().replace(file.name, f"../in-other/{file.name}")
             path.write_text(text)
-        with pytest.raises(InputError, match="is outside"):
-            load(path, resolution=(4, 4, 4))
+        for written in (text, text.replace("../", "&#46;./"), text.replace("../", "<![CDATA[../]]>")):
+            path.write_text(written)
+            with pytest.raises(InputError, match="is outside"):
+                load(path, resolution=(4, 4, 4))
 
 
 def test_nothing_else_is_read_or_written_outside(inside: Path) -> None:

@@ -276,6 +276,10 @@ def test_folders_out_of_reach_are_not_listed_and_their_files_not_looked_for(tmp_
             looking.enter(typed)
             assert "is outside" in looking.listing.fault, "of a file that is there, and of one that is not"
             assert looking.folder == tmp_path / "in"
+        for typed in ("x" * 5000, "a/" * 3000, "a\0b", "..%2fsecret.npy", "..\\secret.npy", "file:///etc/passwd"):
+            looking.listing.fault = ""
+            looking.enter(typed)
+            assert looking.listing.fault
         listing = Listing(tmp_path)
         listing.read()
         assert listing.entries == [] and "is outside" in listing.fault

@@ -11,8 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import IPython.display
+import ipywidgets
 import numpy as np
 import pytest
+from IPython.core.interactiveshell import InteractiveShell
+from IPython.utils.capture import capture_output
 from PIL import Image
 from support.windows import ball, children_of, until
 
@@ -42,7 +45,7 @@ class Cell:
 
     def saved(self) -> np.ndarray:
         """Colours of the picture that the notebook holds now."""
-        return pixels(self.updates[-1] if self.updates else self.outputs[1])
+        return pixels(self.updates[-1] if self.updates else self.outputs[2])
 
 
 def pixels(output: dict[str, Any]) -> np.ndarray:
@@ -66,9 +69,11 @@ def move(x: int, y: int) -> dict[str, Any]:
 
 def test_a_cell_shows_the_window_and_holds_its_last_picture_for_pages_without_widgets(cell: Cell) -> None:
     cell.widget._ipython_display_()
-    widget_output, picture_output = cell.outputs
-    # In a live notebook the first is shown, and its page hides the second.
+    style_output, widget_output, picture_output = cell.outputs
+    # In a live notebook the second is shown, and its page hides the third.
+    assert style_output["data"].keys() == {"text/html", "text/plain"}
     assert widget_output["data"].keys() == {"application/vnd.jupyter.widget-view+json", "text/plain"}
+    assert [each["data"]["text/plain"] for each in cell.outputs] == ["", "", repr(cell.widget)]
     assert picture_output["data"].keys() == {"image/png", "text/plain"}
     assert picture_output["metadata"] == {"image/png": {"width": 120}, "texvol": cell.widget.output}
     before = cell.saved()
@@ -88,6 +93,36 @@ def test_a_cell_shows_the_window_and_holds_its_last_picture_for_pages_without_wi
     cell.widget.close()
     until(lambda: not [each for each in (process, *painters) if Path(f"/proc/{each}").exists()])
     cell.press(move(0, 0))  # dropped
+
+
+def test_a_box_has_the_pictures_of_its_windows_as_one_arranged_as_in_the_box(tmp_path: Path) -> None:
+    path = tmp_path / ball(tmp_path, 16)
+    shell = InteractiveShell.instance()
+    try:
+        windows = [texvol.show(path, size, light="none") for size in ((40, 30), (60, 20), (20, 20))]
+        row = ipywidgets.HBox([windows[0], ipywidgets.IntSlider(), windows[1]])
+        for box, expected in (
+            (ipywidgets.VBox([row, windows[2]]), (30 + 4 + 20, 40 + 4 + 60)),
+            (ipywidgets.Tab([windows[0], windows[2]]), (30 + 4 + 20, 40)),
+            (ipywidgets.HBox([ipywidgets.Button()]), None),
+        ):
+            with capture_output() as captured:
+                shell.display_formatter.format(box)
+            if expected is None:
+                assert not captured.outputs, "as without texvol"
+                continue
+            _, widget, picture = captured.outputs
+            assert "application/vnd.jupyter.widget-view+json" in widget.data and not widget.data["text/plain"]
+            assert picture.metadata["image/png"] == {"width": expected[1]}
+            whole = np.asarray(Image.open(io.BytesIO(base64.b64decode(picture.data["image/png"]))))
+            assert whole.shape == (*expected, 4)
+            first = np.asarray(Image.open(io.BytesIO(windows[0].last.png)))[..., :3]
+            assert np.array_equal(whole[:30, :40, :3], first)
+            assert not whole[30:34, :40, 3].any(), "nothing between two"
+        windows[2].last.take(windows[0].last.png)
+        until(lambda: windows[2].picture == windows[0].picture)
+    finally:
+        InteractiveShell.clear_instance()
 
 
 class Fake:

@@ -24,7 +24,8 @@ const output = (name, data) => ({metadata: {texvol: name}, data, toJSON: () => (
 window.outputs = ["other", "mine"].map(name => output(name, {"image/png": "before"}));
 const list = {get length() { return outputs.length; }, get: i => outputs[i], set: (i, to) => { outputs[i] = to; }};
 const model = {
-  get: name => values[name], send: content => sent.push(content), off: () => {}, on: (name, f) => { heard[name] = f; },
+  get: name => values[name], send: content => sent.push(content), off: () => {},
+  on: (name, f) => { const before = heard[name]; heard[name] = (...all) => { before?.(...all); f(...all); }; },
   widget_manager: {context: {model: {cells: [{}, {outputs: list}]}}}
 };
 window.values = values;
@@ -116,6 +117,8 @@ def test_the_picture_below_is_hidden_once_the_widget_shows_one_and_is_kept_up_to
     assert page.tell(shown) == [False, True]
     page.tell("values.picture = new DataView(Uint8Array.from([1, 2, 255]).buffer); heard['change:picture']()")
     assert page.tell("outputs.map(each => each.data['image/png'])") == ["before", "AQL/"]
+    page.tell("heard['msg:custom']({put: 'other'}, [new DataView(Uint8Array.from([3]).buffer)])")
+    assert page.tell("outputs.map(each => each.data['image/png'])") == ["Aw==", "AQL/"]
     page.tell("sent.length = 0; heard['msg:custom']({ask: true})")
     assert page.tell("JSON.stringify(sent)") == '[{"view":true}]'
     page.tell("end()")

@@ -37,6 +37,11 @@ def folders() -> tuple[str, ...]:
     return tuple(each for each in _folders or () if not is_remote(each))
 
 
+def is_limited() -> bool:
+    """True if a limit is set."""
+    return _folders is not None
+
+
 def holds(path: str | os.PathLike[str]) -> bool:
     """True if a file or a URL may be read, and written where it can be."""
     return _folders is None or any(_is_inside(_real(os.fspath(path)), each) for each in (*_folders, *_own))
@@ -47,6 +52,29 @@ def check(path: str | os.PathLike[str]) -> None:
     if not holds(path):
         allowed = ", ".join(map(public, _folders or ())) or "no folder"
         raise InputError(f"{public(path)}: is outside {allowed}; texvol view --files FOLDER allows another folder")
+
+
+def check_tree(folder: str | os.PathLike[str]) -> None:
+    """Raise InputError if a link in a folder, or below it, leads to a file that must not be read.
+
+    Of files that are no links only the names are read: a store has up to millions.
+    """
+    if not is_limited():
+        return
+    check(folder)
+    waiting, seen = [os.fspath(folder)], set()
+    while waiting:
+        real = os.path.realpath(waiting.pop())
+        if real in seen or not os.path.isdir(real):
+            continue
+        seen.add(real)
+        with os.scandir(real) as entries:
+            for each in entries:
+                is_link = each.is_symlink()
+                if is_link:
+                    check(each.path)
+                if is_link or each.is_dir():
+                    waiting.append(each.path)
 
 
 def _real(path: str) -> str:

@@ -120,9 +120,13 @@ class Browser:
         path = self._path(text)
         try:
             reach.check(path)
+            self._enter(path)
         except InputError as error:
             self.listing.fault = str(error)
-            return
+        except OSError as error:  # a name is too long
+            self.listing.fault = error.strerror or str(error)
+
+    def _enter(self, path: Path) -> None:
         if path.is_dir() and not (path.name.lower().endswith(".zarr") and not self.saves):
             self.go(path)
             self.text = ""
@@ -172,7 +176,7 @@ class Browser:
     def press(self) -> None:
         """Do what the button of the dialog says: go to the typed path, or else open the selected entry."""
         typed = bool(self.text) and not self.saves
-        if typed and (self.selected is None or self._path(self.text).exists()):
+        if typed and (self.selected is None or os.path.exists(self._path(self.text))):
             self.enter(self.text)
         else:
             self.accept()

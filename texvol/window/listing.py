@@ -160,7 +160,7 @@ def _ending(name: str) -> str:
 
 def _is_dicom(path: Path) -> bool:
     try:
-        return has_preamble(str(path))
+        return reach.holds(path) and has_preamble(str(path))
     except OSError:
         return False
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import Stored, encoding_of, read_picked
+from texvol.util import reach
 
 _MOST_BYTES = 16 << 20  # of a header
 _TIME_UNITS = {77001: "ms", 77002: "s", 77003: "Hz"}  # AFNI's codes
@@ -65,6 +66,7 @@ def _header(path: str) -> Any:
 
     if os.path.getsize(path) > _MOST_BYTES:
         raise FileFault(f"its header must have at most {_MOST_BYTES} bytes, got {os.path.getsize(path)}")
+    reach.check(path)
     with open(path, encoding="latin-1") as file:
         text = file.read()
     info = parse_AFNI_header(io.StringIO(text))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from texvol.formats.readers.child_process import check_survived
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import Stored, encoding_of, read_picked
+from texvol.util import reach
 
 _BYTES = 348
 _MOST_BYTES = 2**18  # of a .mat, which has 128 for each time step
@@ -60,6 +61,7 @@ def _matrix(path: str, step: int) -> NDArray[np.float64] | None:
     """Return the world matrix of a time step in SPM's file, or None without one; SPM counts samples from 1."""
     if not os.path.isfile(path):
         return None
+    reach.check(path)
     name = os.path.basename(path)
     if os.path.getsize(path) > _MOST_BYTES:
         raise FileFault(f"{name} beside it must have at most {_MOST_BYTES} bytes")

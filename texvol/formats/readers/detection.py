@@ -7,6 +7,7 @@ import re
 import stat
 import zlib
 
+from texvol.formats.readers import hdf5_files
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.formats.readers.samples import Choice, FileFault
 from texvol.util import reach
@@ -49,6 +50,7 @@ READ = ", ".join(FORMATS)
 # Modules that are not named like the format.
 _READERS = dict.fromkeys(("VTK", "Gmsh", "XDMF", "MED"), "meshes") | {"SEG-Y": "segy"}
 _EXTRAS = dict.fromkeys(("CZI", "ND2", "LIF"), "microscopy") | {"SEG-Y": "seismic", "FITS": "astronomy"}
+_IN_HDF5 = ("HDF5", "Imaris", "netCDF", "Exodus", "MED", "MINC")  # which name other files
 STORES = ("Zarr", "HDF5", "Imaris")  # whose samples stay where they are until they are asked for
 
 TO_IMAGE = "resample it onto a regular grid, in ParaView by the filter Resample To Image, and save that as VTI"
@@ -170,6 +172,8 @@ def format_of(path: str, choice: Choice) -> str:
     reach.check(path)
     found = "Zarr" if is_remote(path) else _format_here(path, choice)
     _check_choice(found, choice)
+    if found in _IN_HDF5:
+        hdf5_files.check(path)
     return found
 
 

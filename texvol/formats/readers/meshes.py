@@ -6,13 +6,15 @@ import json
 import os
 import re
 from collections.abc import Callable, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+from contextlib import redirect_stderr, redirect_stdout, suppress
 from io import BytesIO, StringIO
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers import hdf5_files
 from texvol.formats.readers.child_process import forked
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.formats.readers.splitting import SHAPES
@@ -25,8 +27,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 _PATIENCE, _PATIENCE_PER_BYTE = 5.0, 5e-6  # seconds: text is read some twenty times as fast
-_NAMED = re.compile(rb">\s*([^<>:]{1,1000})(?=:/|\s*<)")  # HDF5's before a path in it, others alone
-_LONGEST_XML = 2**26  # bytes in which an XDMF file names others
+_LONGEST_NAME = 4096  # letters that the system takes
 # Bytes of memory for each byte of a file: a digit and a space in a text make a number in a list, of some 40 bytes, and
 # compressed data may unpack to as many.
 _MEMORY_PER_BYTE, _LEAST_MEMORY = 64, 2**27
@@ -129,13 +130,25 @@ def _files_of(path: str) -> list[str]:
     """
     files = [path]
     if path.lower().endswith((".xdmf", ".xmf")):
-        with open(path, "rb") as file:
-            named = set(_NAMED.findall(file.read(_LONGEST_XML)))
-        beside = (os.path.join(os.path.dirname(path), os.fsdecode(name.strip())) for name in named)
-        files += [name for name in beside if "\0" not in name and os.path.isfile(name)]
+        # meshio looks for HDF5 beside the file that a link leads to, and for Binary in the working directory.
+        folders = {os.path.dirname(path), os.path.dirname(os.path.realpath(path)), "."}
+        named = {os.path.join(folder, name) for folder in folders for name in _names_in_xdmf(path)}
+        files += [name for name in sorted(named) if os.path.isfile(name)]
     for each in files:
         reach.check(each)
+        hdf5_files.check(each)
     return files
+
+
+def _names_in_xdmf(path: str) -> set[str]:
+    """Return the texts that may be names: whole, as of Binary, and up to a colon, as of HDF."""
+    texts = set()
+    with suppress(ElementTree.ParseError), open(path, "rb") as file:  # meshio tells what is wrong
+        for _, element in ElementTree.iterparse(file):
+            text = (element.text or "").strip()[: _LONGEST_NAME + 1]
+            texts |= {text, text.split(":")[0]}
+            element.clear()
+    return {each for each in texts if 0 < len(each) <= _LONGEST_NAME}
 
 
 def _limit_memory(size: int) -> None:

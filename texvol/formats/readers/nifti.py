@@ -16,6 +16,7 @@ from texvol.formats.readers import analyze
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
+from texvol.util import reach
 
 _UNITS = {0: "mm", 1: "m", 2: "mm", 3: "µm"}  # 0 is "unknown", which readers of NIfTI take for mm
 _TIME_UNITS = {8: "s", 16: "ms", 24: "µs"}
@@ -92,6 +93,7 @@ def _header(path: str) -> tuple[Any, bool]:
 
 def _block(path: str) -> bytes:
     """Return the first bytes of a header, unpacked."""
+    reach.check(path)  # it may be the other half of the file that was named
     with open(path, "rb") as file:
         head = file.read(2)
         file.seek(0)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import Choice, FileFault, by, check_size, in_bytes, native, once, real_type
+from texvol.util import reach
 
 _BLOCK = 2**20  # bytes unpacked per step
 _PIECE = 2**15  # bytes read per step: the rest after each stream is copied, and streams may be short
@@ -88,9 +89,12 @@ def read_stored(stored: Stored, part: int = 0, parts: int = 1) -> NDArray:
     ------
     FileFault
         If there are fewer or more bytes than the samples need, or they can't be unpacked or do not fit into memory.
+    InputError
+        If the file is out of reach, see `texvol.util.reach`.
     """
     real_type(stored.dtype)
     needed = check_size(stored.sizes, stored.dtype.itemsize)
+    reach.check(stored.path)
     with open(stored.path, "rb") as file:
         file.seek(stored.offset)
         _skip_lines(file, stored)

@@ -18,6 +18,7 @@ from texvol.formats.readers.unstructured import Cells, Field, chosen_name, sampl
 from texvol.formats.readers.vti_arrays import Document
 from texvol.formats.readers.vtk_xml import document_of
 from texvol.scene.tetrahedra import TetrahedralGrid
+from texvol.util import reach
 
 _GHOSTS, _HIDDEN_POINT = "vtkGhostType", 2  # vtkDataSetAttributes
 _LEFT_OUT = 32 | 1  # hidden cells, and copies of those of other pieces
@@ -84,6 +85,7 @@ def _documents(path: str) -> list[Document]:
         part = os.path.join(os.path.dirname(path), name)
         if not name or "\0" in name or not os.path.isfile(part):
             raise FileFault(f"its part {name!r} is no file")
+        reach.check(part)
         found.append(document_of(part, "UnstructuredGrid"))
     return found
 

@@ -16,6 +16,7 @@ from typing import Any
 from urllib.parse import quote, urlsplit
 
 from texvol.formats.readers.samples import FileFault, check_chunk
+from texvol.util import reach
 from texvol.util.locations import is_remote
 
 _MOST_BYTES = 64 << 20  # of one piece of metadata
@@ -60,10 +61,14 @@ class Store:
         ------
         FileFault
             As by `json`; or if a key, which another file of the store may have told, leads out of the store.
+        InputError
+            If a file is out of reach, see `texvol.util.reach`.
         """
         for key in keys:
             if ".." in key.split("/"):
                 raise FileFault(f"all of it must lie within the store, got the path {key!r}")
+            if not self.is_remote:
+                reach.check(os.path.join(self.path, key))
             if key not in self._json and (node := self._node_in_root(key)) is not None:
                 self._json[key] = node
         coming = [(key, self._kvstore.read(key)) for key in dict.fromkeys(keys) if key not in self._json]
@@ -140,6 +145,8 @@ class Store:
         version = self.version(key)
         if not version:
             raise FileFault(f"has no array {key!r}" if key else "has no array at its root")
+        if not self.is_remote:
+            reach.check_tree(os.path.join(self.path, key))  # chunks may be links
         spec = {"driver": "zarr3" if version == 3 else "zarr", "kvstore": self._spec(key)}
         # What has been read once stays as it was when the array was opened.
         spec |= {"recheck_cached_data": "open"}

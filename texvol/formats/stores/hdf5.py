@@ -19,7 +19,6 @@ from texvol.formats.stores.hdf5_attributes import grid_of, marks_of
 from texvol.formats.stores.placing import layout_of, letters_of
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_chunks, check_sizes, sample_type
 from texvol.scene.large_volume import Level
-from texvol.util import reach
 
 # h5py's library has one lock of its own, too; this one also keeps a file from being closed while it is read.
 LOCK = threading.RLock()
@@ -95,7 +94,6 @@ def read(path: str, choice: Choice) -> Samples:
     """Return the level of one dataset."""
     file = once(choice, "file", lambda: opened(path))
     dataset, about = once(choice, "dataset", lambda: _chosen(file, choice.variable))
-    _check_reach(dataset)
     names = _names(dataset)
     letters = letters_of(names)
     choice = with_first(letters, dataset.shape, choice)
@@ -127,17 +125,6 @@ def _chosen(file: Any, wanted: str | None) -> tuple[Any, tuple[str, ...]]:
         several = f"has {len(known)} datasets that could be volumes: {_listed(known)}; --variable NAME chooses one"
         raise FileFault(several if known else "has no dataset of numbers with three axes")
     return file[known[0]], (f"dataset {known[0]}",)
-
-
-def _check_reach(dataset: Any) -> None:
-    """Raise InputError if another file that is out of reach holds the samples, by a link or as a part."""
-    with LOCK:
-        own = dataset.file.filename
-        parts = [each.file_name for each in dataset.virtual_sources()] if dataset.is_virtual else []
-        raw = [each[0] for each in dataset.external or ()]
-    # HDF5 looks for parts beside the file, and for raw files in the working directory.
-    for file in (own, *(os.path.join(os.path.dirname(own), part) for part in parts), *map(os.path.abspath, raw)):
-        reach.check(file)
 
 
 def _volumes(file: Any) -> list[str]:

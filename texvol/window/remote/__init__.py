@@ -10,4 +10,6 @@
 | `server` | page and websocket, by aiohttp |
 | `child` | process of a window in a notebook |
 | `notebook` | `texvol.show` |
+| `last_picture` | last pictures as outputs of cells |
+| `boxes` | last pictures of windows in boxes of widgets |
 """

@@ -20,7 +20,8 @@ from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.package import environment_of_child
-from texvol.window.remote.last_picture import LastPicture
+from texvol.window.remote import boxes
+from texvol.window.remote.last_picture import LastPicture, Output, Shot
 from texvol.window.remote.viewer import Pieces
 from texvol.window.stand_in import with_stand_ins
 
@@ -64,12 +65,13 @@ def show(
     if interactive:
         if accuracy:
             raise InputError(f"{min(accuracy)} is of a picture: give interactive=False with it")
-        _widget_class()  # reports what is missing before anything is read
+        _check_libraries()  # before anything is read
     scene, pixels = scene_of(what, size, **how)
     if not interactive:
         with Renderer(backend) as renderer:
             return renderer.render(scene, pixels, **accuracy)
     name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
+    boxes.teach(lambda each: isinstance(each, _widget_class()))
     return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
 
 
@@ -174,15 +176,21 @@ def page_script() -> str:
     return "".join((_PAGE / name).read_text("utf-8") for name in ("view.js", "widget.js"))
 
 
+def _check_libraries() -> None:
+    """Raise MissingExtraError if a library is not installed."""
+    try:
+        import anywidget  # noqa: F401
+        import PIL.Image  # noqa: F401 (packs frames)
+        import traitlets  # noqa: F401
+    except ModuleNotFoundError as error:
+        raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
+
+
 @cache
 def _widget_class() -> Any:
     """Return the class of widgets, which is made once anywidget is wanted."""
-    try:
-        import anywidget
-        import PIL.Image  # noqa: F401 (packs frames)
-        import traitlets
-    except ModuleNotFoundError as error:
-        raise missing_extra(error.name or "anywidget", "notebook", "texvol.show in a notebook") from error
+    import anywidget
+    import traitlets
 
     class Widget(anywidget.AnyWidget):
         """Window in a cell; `close()` ends it."""
@@ -194,8 +202,10 @@ def _widget_class() -> Any:
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1], title=window.title)
-            self.last = LastPicture(window.size[0], lambda picture: self.set_trait("picture", picture))
-            self.output = self.last.output
+            self.last = LastPicture(window.size[0], lambda: first_picture(window)._repr_png_())
+            self.last.put.append(self.keep)
+            self.below = Output(repr(self), lambda: Shot(self.last.png, self.last.width))
+            self.output = self.below.name
             self.cells = Cells(window, self.send, self.last)
             self.on_msg(lambda _, message, __: self.cells.hear(message))
 
@@ -203,11 +213,14 @@ def _widget_class() -> Any:
             return f"<{self.title}, {self.width} x {self.height}>"
 
         def _ipython_display_(self) -> None:
-            from IPython.display import display
+            self.keep()
+            self.below.display(self._repr_mimebundle_())
+            if self.below.update not in self.last.put:
+                self.last.put.append(self.below.update)
 
-            bundle = self._repr_mimebundle_()
-            display(bundle[0] if isinstance(bundle, tuple) else bundle, raw=True)
-            self.last.display(lambda: first_picture(self.cells.window)._repr_png_())
+        def keep(self) -> None:
+            """Keep the last picture in the state of the widget, and in cells that show it."""
+            self.set_trait("picture", self.last.png)
 
         def close(self) -> None:
             """End the window, and close the widget."""

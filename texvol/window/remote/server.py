@@ -14,6 +14,7 @@ import logging
 import secrets
 import socket
 import threading
+from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,7 @@ class Server:
         try:
             self._loop.run_until_complete(self._serve())
         finally:
+            self._loop.run_until_complete(_cancelled(asyncio.all_tasks(self._loop)))
             self._loop.close()
 
     async def _serve(self) -> None:
@@ -187,6 +189,13 @@ class Server:
             while (content := await self._loop.run_in_executor(self._pool, viewer.next)) is not None:
                 await connection.send_bytes(content)
             await connection.close(code=ENDED, message=b"the window is closed")
+
+
+async def _cancelled(tasks: Iterable[Any]) -> None:
+    """Cancel the tasks of connections that are still open, and wait for them."""
+    for each in tasks:
+        each.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
 
 
 def _quiet() -> logging.Logger:

@@ -27,8 +27,18 @@ function render({model, el}) {
     box.append(still);
     box.classList.add("texvol-shown");
   }
-  const come = () => model.send({view: true});
+  // A window takes processes, so that it starts once it is seen; until then its picture stands there.
+  let begun = false;
+  const come = () => { if (begun) model.send({view: true}); };
+  const seeing = new IntersectionObserver(entries => {
+    if (!entries.some(each => each.isIntersecting)) return;
+    seeing.disconnect();
+    begun = true;
+    come();
+    view.begin();
+  });
   function take(message, buffers) {
+    if (message.put) return;  // of the box that it is in, see initialize
     if (message.error) box.textContent = "texvol: error: " + message.error;
     else if (message.ask) come();
     else if (buffers && buffers.length) view.take(buffers[0]).then(() => {
@@ -38,29 +48,31 @@ function render({model, el}) {
     });
   }
   model.on("msg:custom", take);
-  come();
-  view.begin();
+  seeing.observe(box);
   return () => {
+    seeing.disconnect();
     model.off("msg:custom", take);
     view.end();
+    if (!begun) return;
     try { model.send({view: false}); } catch { /* the kernel has ended, and the window with it */ }
   };
 }
 
 // JupyterLab updates no display of a page that was loaded again: there its own model of the notebook is told.
-function initialize({model}) {
-  model.on("change:picture", () => {
-    const picture = model.get("picture");
-    let text = "";
-    for (let i = 0; i < picture.byteLength; i++) text += String.fromCharCode(picture.getUint8(i));
-    const content = btoa(text);
-    for (const {outputs} of model.widget_manager?.context?.model?.cells ?? []) {
-      for (let i = 0; i < (outputs?.length ?? 0); i++) {
-        const {data, metadata} = outputs.get(i);
-        if (metadata.texvol === model.get("output") && data["image/png"] !== content)
-          outputs.set(i, {...outputs.get(i).toJSON(), data: {...data, "image/png": content}});
-      }
+function put(model, name, picture) {
+  let text = "";
+  for (let i = 0; i < picture.byteLength; i++) text += String.fromCharCode(picture.getUint8(i));
+  const content = btoa(text);
+  for (const {outputs} of model.widget_manager?.context?.model?.cells ?? []) {
+    for (let i = 0; i < (outputs?.length ?? 0); i++) {
+      const {data, metadata} = outputs.get(i);
+      if (metadata.texvol === name && data["image/png"] !== content)
+        outputs.set(i, {...outputs.get(i).toJSON(), data: {...data, "image/png": content}});
     }
-  });
+  }
+}
+function initialize({model}) {
+  model.on("change:picture", () => put(model, model.get("output"), model.get("picture")));
+  model.on("msg:custom", (message, buffers) => { if (message.put) put(model, message.put, buffers[0]); });
 }
 export default {initialize, render};
