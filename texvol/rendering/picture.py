@@ -259,7 +259,7 @@ def _identified(picture: Picture) -> tuple[tuple[int, ...], int] | None:
         numbers = np.ascontiguousarray(plain, np.float32)
     if plain.dtype != np.float32 and not np.array_equal(numbers, plain, equal_nan=True):
         return None
-    return plain.shape, zlib.crc32(numbers)
+    return plain.shape, zlib.crc32(numbers.data)
 
 
 def _plain(thing: Any) -> Any:
