@@ -54,7 +54,7 @@ def arguments_of(settings: Settings, max_error: float | None = None) -> dict[str
 
 def settings_asked_for(
     scene: Scene,
-    thickness: tuple[float | None, float | None, float | None],
+    thickness: tuple[float | None, ...],
     formats: tuple[str, str],
     early_termination: float | None,
     skip_empty: bool,

@@ -207,7 +207,7 @@ def _widget_class() -> Any:
 
             bundle = self._repr_mimebundle_()
             display(bundle[0] if isinstance(bundle, tuple) else bundle, raw=True)
-            self.last.display(lambda: first_picture(self.cells.window)._repr_png_())
+            self.last.display(lambda: first_picture(self.cells.window)._repr_png_() or b"")
 
         def close(self) -> None:
             """End the window, and close the widget."""
