@@ -148,6 +148,79 @@ def test_xarray_that_is_uneven_or_oblique_is_refused() -> None:
         oblique().to_xarray()
 
 
+def placed(*dims: tuple[str, dict], size: int = 2, **scales: float):
+    """Return an array with as many samples along each of its dimensions as its place says, and attributes of these."""
+    xarray = pytest.importorskip("xarray")
+    places = {name: (name, scales.get(name, 1.0) * np.arange(size + n), told) for n, (name, told) in enumerate(dims)}
+    return xarray.DataArray(np.random.default_rng(1).random([len(each[1]) for each in places.values()]), places)
+
+
+@pytest.mark.parametrize(
+    "dims",
+    [
+        (("x", {}), ("y", {}), ("z", {})),
+        (("easting", {"axis": "X"}), ("northing", {"axis": "Y"}), ("up", {"axis": "Z"})),
+        (("i", {"standard_name": "projection_x_coordinate"}), ("j", {"units": "degrees_N"}), ("k", {"units": "hPa"})),
+        (("a", {"units": "degrees_east"}), ("b", {"units": "degrees_north"}), ("h", {"positive": "up"})),
+        (("lon", {}), ("lat", {}), ("height", {})), (("width", {}), ("height", {}), ("depth", {})),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore:the axes x, y, z have different units")
+def test_an_array_of_x_y_z_is_not_transposed(dims: tuple) -> None:
+    array = placed(*dims)
+    for order in ((0, 1, 2), (2, 1, 0), (1, 2, 0)):
+        found = Volume.from_xarray(array.transpose(*(dims[number][0] for number in order)))
+        assert found.dimensions == (2, 3, 4)
+        np.testing.assert_array_equal(found.values, array.values.T)
+
+
+@pytest.mark.parametrize(
+    ("dims", "words"),
+    [
+        ("xyq", r"must be named for z, y, x .* got x, y, q; array.rename\(q='z'\)"),
+        ("xpq", "must be named .* got x, p, q"), ("zy", "three dimensions .* got z, y;"),
+        ("yx", r"must have three dimensions of space, got y, x; isel\(z=\[3\]\)"),
+        ("tyx", r"must have three dimensions of space, got t, y, x; array.rename\(t='z'\) makes one of t"),
+        ("zyxq", r"must be named .* got z, y, x, q; array.rename\(q='channel'\)"),
+    ],
+)  # fmt: skip
+def test_xarray_whose_axes_are_not_known_is_refused(dims: str, words: str) -> None:
+    with pytest.raises(texvol.InputError, match=words):
+        Volume.from_xarray(placed(*((name, {}) for name in dims)))
+    assert Volume.from_xarray(placed(("p", {}), ("q", {}), ("r", {}))).dimensions == (4, 3, 2), "z, y, x by their order"
+
+
+def test_a_dataset_is_refused() -> None:
+    with pytest.raises(texvol.InputError, match=r"must be a DataArray, got Dataset; .* it has heat"):
+        texvol.render(placed(("z", {}), ("y", {}), ("x", {})).to_dataset(name="heat"), 16)
+
+
+def test_units_of_axes_are_made_one_or_told() -> None:
+    array = placed(("z", {"units": "um"}), ("y", {"units": "mm"}), ("x", {"units": "mm"}), z=500)
+    found = Volume.from_xarray(array.assign_coords(z=array.z + 1000))
+    np.testing.assert_allclose((*found.spacing, *found.origin), (1, 1, 0.5, 0, 0, 1))
+    assert found.unit == "mm"
+    back = Volume.from_xarray(found.to_xarray().rename(x="p", y="q", z="r"))
+    assert (back.unit, back.origin.tolist(), back.values.tolist()) == ("mm", [0, 0, 1], array.values.tolist())
+    mixed = placed(("z", {"units": "m"}), ("lat", {"units": "degrees_north"}), ("x", {}))
+    with pytest.warns(UserWarning, match=r"different units \(no unit, degrees_north, m\); spacing=\(x, y, z\)"):
+        Volume.from_xarray(mixed)
+    assert Volume.from_xarray(mixed, spacing=(1, 2, 3)).spacing.tolist() == [1, 2, 3]  # warns of nothing
+
+
+def test_curved_coordinates_are_refused_and_one_slice_is_thin() -> None:
+    array = placed(("z", {}), ("y", {}), ("x", {}), x=0.25, y=0.5, z=0.5)
+    curved = array.drop_vars(["y", "x"]).assign_coords(lat=(("y", "x"), np.ones((3, 4))))
+    with pytest.raises(texvol.InputError, match="its coordinates lat must have one dimension, got y, x; texvol.load"):
+        Volume.from_xarray(curved)
+    assert Volume.from_xarray(array.assign_coords(lat=(("y", "x"), np.ones((3, 4))))).spacing.tolist() == [
+        0.25,
+        0.5,
+        0.5,
+    ]
+    assert Volume.from_xarray(array.isel(z=[1])).spacing.tolist() == [0.25, 0.5, 0.25]
+
+
 def test_xarray_in_parts_stays_in_parts() -> None:
     xarray, _ = pytest.importorskip("xarray"), pytest.importorskip("dask.array")
     array = xarray.DataArray(VALUES, dims=("z", "y", "x")).chunk({"z": 2})
@@ -194,6 +267,48 @@ def test_dlpack_and_array_interfaces() -> None:
     volume = Volume(VALUES)
     np.testing.assert_array_equal(np.asarray(volume), VALUES)
     np.testing.assert_array_equal(np.from_dlpack(volume), VALUES)
+
+
+def test_arrays_that_numpy_cannot_read_are_refused() -> None:
+    class Elsewhere:
+        def __init__(self, **errors: Exception) -> None:
+            self.errors = errors
+
+        def __dlpack_device__(self):
+            return (2, 0)
+
+        def __dlpack__(self, **_):
+            raise self.errors["dlpack"]
+
+    class Tensor(Elsewhere):
+        def __array__(self, *_, **__):
+            raise TypeError("can't convert cuda:0 device type tensor to numpy")
+
+    errors = BufferError("it requires\ngradient"), RuntimeError("other device"), ValueError("dtype")
+    things = [make(dlpack=error) for make in (Elsewhere, Tensor) for error in errors]
+    for thing in (*things, [[[1, 2], [3]]]):
+        for make in (volume_of, Volume):
+            with pytest.raises(
+                texvol.InputError, match=r"array must be one that numpy can read, got \w+: .*$"
+            ) as caught:
+                make(thing)
+            assert "\n" not in str(caught.value)
+    strided = VALUES[:, ::2, ::-1]
+    strided.flags.writeable = False
+    np.testing.assert_array_equal(volume_of(strided).values, strided)
+
+
+def test_a_rectilinear_grid_that_is_even_is_a_volume() -> None:
+    pyvista = pytest.importorskip("pyvista")
+    nz, ny, nx = VALUES.shape
+    grid = pyvista.RectilinearGrid(5 + 2.0 * np.arange(nx), np.arange(ny), 3.0 * np.arange(nz))
+    grid["heat"] = VALUES.ravel()
+    found = volume_of(grid)
+    np.testing.assert_array_equal(found.values, VALUES)
+    assert (found.spacing.tolist(), found.origin.tolist()) == ([2, 1, 3], [5, 0, 0])
+    uneven = pyvista.RectilinearGrid(np.arange(nx) ** 2.0, np.arange(ny), np.arange(nz) ** 2.0)
+    with pytest.raises(texvol.InputError, match="coordinates z of a RectilinearGrid must be even; pyvista's resample"):
+        volume_of(uneven)
 
 
 def test_what_is_no_volume_is_refused() -> None:

@@ -43,7 +43,7 @@ def test_a_picture_is_an_array(picture: texvol.Picture) -> None:
     [
         lambda p: p * 2, lambda p: p + p, lambda p: np.sqrt(p), lambda p: p[4:8], lambda p: p[..., 3],
         lambda p: p.max(axis=2), lambda p: np.concatenate([p, p]), lambda p: np.clip(p, 0, 1), lambda p: np.abs(p - p),
-        lambda p: p[3, 4, 0], lambda p: pickle.loads(pickle.dumps(p)),
+        lambda p: p[3, 4, 0], lambda p: np.where(p > 0.5, p, 0), lambda p: np.stack([p, p]), lambda p: p.mean(axis=0),
     ],
 )  # fmt: skip
 def test_what_is_computed_of_it_claims_nothing(picture: texvol.Picture, compute) -> None:
@@ -52,22 +52,79 @@ def test_what_is_computed_of_it_claims_nothing(picture: texvol.Picture, compute)
     np.testing.assert_array_equal(found, plain)
 
 
-@pytest.mark.parametrize("make", [lambda p: p.copy(), copy.copy, copy.deepcopy, lambda p: p.astype(np.float64)])
+@pytest.mark.parametrize("make", [lambda p: p.copy("F"), copy.copy, copy.deepcopy, lambda p: p.astype(np.float64)])
 def test_a_copy_knows_as_much(picture: texvol.Picture, make) -> None:
     assert make(picture).scene is picture.scene is not None
 
 
-@pytest.mark.parametrize("change", ["scale", "set", "fill by ufunc"])
-def test_a_changed_picture_is_no_longer_of_its_scene(picture: texvol.Picture, change: str) -> None:
-    if change == "scale":
-        picture *= 2
-    elif change == "set":
-        picture[3] = 0
-    else:
-        np.add(picture, 1, out=picture)
-    assert picture.scene is None
-    assert picture.error is None
-    assert picture.settings == {}
+@pytest.mark.parametrize("dumps", [pickle.dumps, lambda p: pickle.dumps(p, protocol=2)])
+def test_it_knows_as_much_in_another_process(picture: texvol.Picture, dumps) -> None:
+    sent = pickle.loads(dumps(picture))
+    np.testing.assert_array_equal(sent, picture)
+    assert sent.settings == picture.settings
+    np.testing.assert_array_equal(sent.scene.volume.values, BALL)
+    assert sent.error == pytest.approx(picture.error)
+    picture[0] = 0
+    assert len(pickle.dumps(picture)) < picture.nbytes + 1000 < len(dumps(sent))  # without a scene
+
+
+def _set_through_plain_array(picture: texvol.Picture) -> None:
+    np.asarray(picture)[3, 4] += 1
+
+
+def _scale(picture: texvol.Picture) -> None:
+    picture *= 2
+
+
+_CHANGES = {
+    "scaled": _scale, "set": lambda p: p.__setitem__((0, 0), 0.5), "row": lambda p: p[3].fill(0.5),
+    "ufunc": lambda p: np.add(p, 1, out=p), "fill": lambda p: p.fill(0), "sort": lambda p: p.sort(axis=0),
+    "copyto": lambda p: np.copyto(p, 0), "plain array": _set_through_plain_array, "ravel": lambda p: p.ravel().fill(0),
+    "one digit": lambda p: p.view(np.uint32).ravel().__setitem__(5, 1), "flat": lambda p: p.flat.__setitem__(0, 3),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("change", _CHANGES.values(), ids=_CHANGES)
+def test_a_changed_picture_is_no_longer_of_its_scene(picture: texvol.Picture, change, tmp_path: Path) -> None:
+    before = picture.copy()
+    change(picture)
+    assert picture.scene is picture.error is None
+    assert picture.settings == picture.stats == {}
+    for name in ("a.exr", "a.png"):
+        picture.save(tmp_path / name)
+        assert not [key for key in read_picture(tmp_path / name).attributes if key.startswith("texvol")]
+    assert "ball" not in repr(picture)
+    picture[...] = before
+    assert picture.scene is not None, "the numbers are those that were drawn"
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda p: p.swapaxes(0, 1), lambda p: np.roll(p, 1), np.zeros_like, lambda p: p.reshape(-1, 4),
+        lambda p: p.byteswap(), lambda p: p.view(np.int32), lambda p: p.repeat(2, axis=0), lambda p: np.sort(p, axis=0),
+    ],
+)  # fmt: skip
+def test_what_is_arranged_of_it_claims_nothing(scene: texvol.Scene, make) -> None:
+    square = texvol.render(scene, 32, sampling_rate=1)
+    made = make(square)
+    assert getattr(made, "scene", None) is None
+
+
+def test_an_array_of_another_shape_is_not_shown_as_a_picture(picture: texvol.Picture, tmp_path: Path) -> None:
+    turned = picture.T
+    assert turned._repr_png_() is None
+    for use in (turned.to_srgb, lambda: turned.save(tmp_path / "a.png"), lambda: turned.save(tmp_path / "a.exr")):
+        with pytest.raises(texvol.InputError, match=r"must have shape \(height, width, 4\), got \(4, 48, 32\)"):
+            use()
+
+
+def test_changed_numbers_are_still_shown_as_numbers(scene: texvol.Scene) -> None:
+    picture = texvol.render(scene.replace(mode="mip"), SIZE)
+    high = scene.volume.finite_range[1]
+    picture[16, 20, 0] = high
+    for each in (picture, pickle.loads(pickle.dumps(picture))):
+        np.testing.assert_array_equal(each.to_srgb()[16, 18:22, 0] == 255, [False, False, True, False])
 
 
 def test_its_scene_and_settings_draw_it_again(picture: texvol.Picture) -> None:

@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from texvol.cli.common import add_device
 from texvol.formats.pictures import image
@@ -17,6 +17,9 @@ from texvol.options import scene_options as options
 from texvol.options import texts
 from texvol.slicing.slabs import SLICINGS
 from texvol.util import writing
+
+if TYPE_CHECKING:
+    from texvol.window.application import Application
 
 DEFAULT_SIZE = (960, 720)
 _FILES = "folder whose files it may read and write, / for all; repeatable (the current one); those of VOLUME always"
@@ -34,7 +37,7 @@ def add_view(commands: Any) -> None:
     reading_options.add_volume_options(parser, in_scene_file=True)
     options.add_scene_options(parser)
     window = parser.add_argument_group("window")
-    window.add_argument("--max-error", type=texts.number, metavar="E", help=_ERROR)
+    window.add_argument("--max-error", type=texts.error_limit, metavar="E", help=_ERROR)
     window.add_argument(
         "--slicing", choices=SLICINGS, default="stacks", help="how slabs of the picture at rest are drawn, see render"
     )
@@ -74,13 +77,25 @@ def run(arguments: argparse.Namespace) -> None:
     served = _served(arguments)
     with Interruption() as interruption, contextlib.ExitStack() as closers:
         plan = _plan(arguments, interruption.check)
-        from texvol.window.application import Application
-
+        application_of = _application("view" if served is None else "serve")
         if served is not None:
             plan = _at(served, plan, arguments, closers)
         interruption.check()
-        with Application(plan) as application:
+        with application_of(plan) as application:
             application.run()
+
+
+def _application(extra: str) -> type[Application]:
+    """Return the class of the window; MissingExtraError if a library is missing that `extra` brings."""
+    from texvol.util.errors import missing_extra
+
+    try:
+        from texvol.window.application import Application
+    except ModuleNotFoundError as error:
+        if (error.name or "texvol").startswith("texvol"):
+            raise
+        raise missing_extra(error.name or "", extra, "texvol view" + " --serve" * (extra == "serve")) from error
+    return Application
 
 
 def _served(arguments: argparse.Namespace) -> Any:

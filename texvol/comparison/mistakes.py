@@ -102,14 +102,14 @@ class MistakeTrial:
         small = tuple(max(1, round(side * min(1.0, _SEARCHED_AT / longest))) for side in self.size)
         render = self.renderer.render
         with self.renderer.planted(Planted()) as compositor:
-            right = render(self.scene, small, **self.settings)  # type: ignore[arg-type]
+            right = render(self.scene, small, **self.settings)
             first, end = self.renderer.slab_range()
             while end - first > 1:
                 middle = (first + end) // 2
                 changes = []
                 for half in ((first, middle), (middle, end)):
                     compositor.drop(half)
-                    changes.append(distance(render(self.scene, small, **self.settings), right))  # type: ignore[arg-type]
+                    changes.append(distance(render(self.scene, small, **self.settings), right))
                 first, end = (first, middle) if changes[0] >= changes[1] else (middle, end)
         return first, end
 

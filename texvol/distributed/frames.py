@@ -34,10 +34,12 @@ class Division:
 SINGLE = Division("blocks", "a single picture")
 
 
-def division_of(frames: int, workers: int, blocks: int | None) -> Division:
-    """Return how a number of frames is divided; `blocks` is the number that each is to be cut into, if given."""
+def division_of(frames: int | None, workers: int, blocks: int | None) -> Division:
+    """Return how a number of frames is divided, of many if None; `blocks` is what each is to be cut into, if given."""
     if blocks is not None:
         return Division("blocks", f"{blocks} blocks were asked for")
+    if frames is None:
+        return Division("frames", f"nobody told the number of frames for {_counted(workers, 'worker')}")
     kind = "frames" if frames >= workers else "blocks"
     return Division(kind, f"{_counted(frames, 'frame')} for {_counted(workers, 'worker')}")
 

@@ -24,6 +24,7 @@ from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import remark_on_coarse_levels
+from texvol.scene.picture_size import AnySize
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import InputError
 
@@ -59,7 +60,7 @@ class DistributedRenderer(Renderer):
         self._in_sequence = False  # True while frames are drawn in blocks
         self._whole: FramesOverWorkers | None = None  # if workers drew the last pictures whole
 
-    def render(self, scene: Scene, size: Size = (512, 512), **accuracy: Any) -> Picture:
+    def render(self, scene: Scene, size: AnySize = (512, 512), **accuracy: Any) -> Picture:
         """Return the scene's picture, drawn in blocks; see `Renderer.render`."""
         self._whole = None
         if not self._in_sequence:
@@ -67,14 +68,19 @@ class DistributedRenderer(Renderer):
         return super().render(scene, size, **accuracy)
 
     def frames(
-        self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
+        self, scenes: Iterable[Scene], size: AnySize = 512, *, count: int | None = None, views: int = 1, **how: Any
     ) -> Generator[Frame, None, None]:
         """Yield the frames of `count` scenes, see `Renderer.frames`.
 
-        Each worker draws whole frames, unless there are fewer frames than workers, the number of blocks was given, or
-        a frame fits into the memory of workers in blocks only. `stats` says which.
+        Each worker draws whole frames, unless `count` says that there are fewer frames than workers, the number of
+        blocks was given, or a frame fits into the memory of workers in blocks only. `stats` says which.
         """
-        kept, rest = None, iter(scenes)
+        return self._frames(iter(scenes), self._compositor.checked_size(size), count, views, how)
+
+    def _frames(
+        self, rest: Iterator[Scene], size: Size, count: int | None, views: int, accuracy: dict[str, Any]
+    ) -> Generator[Frame, None, None]:
+        kept = None
         self._division = division_of(count, self.workers.count, self._blocks)
         if self._division.divided == "frames":
             for frame in self._whole_frames(rest, size, views, accuracy):
@@ -97,7 +103,6 @@ class DistributedRenderer(Renderer):
                 self._division = Division("blocks", reason)
             return reason
 
-        size = self._compositor.checked_size(size)
         self._whole = whole = FramesOverWorkers(self.workers, size, views, accuracy)
         scenes = (drawable(each, size, accuracy.get("texture_refinement")) for each in scenes)
         with closing(whole.drawn(scenes, reason_to_stop)) as drawn:

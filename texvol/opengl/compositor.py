@@ -22,7 +22,7 @@ from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
-from texvol.scene.picture_size import checked_size
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
@@ -47,7 +47,7 @@ class Compositor:
         self._regions: tuple[Region, ...] | None = None  # that `blend` draws into; None: all
         self._layers: dict[tuple[int, ...], Layers] = {}  # of the target's size, by the components of each
 
-    def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
+    def checked_size(self, size: AnySize) -> tuple[int, int]:
         """(width, height) of a picture that the driver has room for, or InputError."""
         width, height = checked_size(size)
         info = self._gl.info

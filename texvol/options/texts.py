@@ -19,6 +19,7 @@ from texvol.scene.cutting import ClipPlane, Range, checked_crop
 from texvol.scene.spaces import letters_of_space
 from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
+from texvol.util.numbers import number_of
 from texvol.util.suggestions import did_you_mean
 
 ALL = "all"  # time steps, or pixels
@@ -109,10 +110,9 @@ def number(text: str) -> float:
 
 def error_limit(text: str) -> float:
     """Return a number, which may be a fraction such as 1/255."""
-    above, is_fraction, below = text.partition("/")
     try:
-        return float(above) / float(below) if is_fraction else number(text)
-    except (ValueError, ZeroDivisionError):
+        return number_of(text)
+    except ValueError:
         raise argparse.ArgumentTypeError(f"must be a number or a fraction, such as 1/255, got {text!r}") from None
 
 

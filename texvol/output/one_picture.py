@@ -16,6 +16,7 @@ from texvol.options.light import SHADING
 from texvol.options.scene_options import SceneOptions
 from texvol.rendering.picture import Picture
 from texvol.rendering.renderer import Renderer
+from texvol.scene.picture_size import checked_size
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
@@ -137,7 +138,5 @@ def _converted(name: str, value: Any) -> Any:
 
 def _size(size: Any) -> tuple[int, int]:
     """Return (width, height) of a pair, of the side of a square, or of text such as "640x480"."""
-    if isinstance(size, tuple | list) and len(size) == 2:
-        return size[0], size[1]
-    converted: tuple[int, int] = _converted("size", size)
+    converted: tuple[int, int] = _converted("size", size) if isinstance(size, str) else checked_size(size)
     return converted

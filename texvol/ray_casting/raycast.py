@@ -46,7 +46,7 @@ from texvol.ray_casting.common.rays import (
 )
 from texvol.ray_casting.plain import tracer as plain
 from texvol.scene.lighting import casts_shadows
-from texvol.scene.picture_size import checked_size
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.volume import Volume
@@ -64,7 +64,7 @@ TraceInterval = Callable[[Numbers, Numbers], None]  # adds what lies between end
 
 def raycast(
     scene: Scene,
-    size: tuple[int, int] = (512, 512),
+    size: AnySize = (512, 512),
     *,
     texture_refinement: int = 1,
     tell: Tell = lambda fraction: None,
@@ -117,7 +117,7 @@ def raycast_pixels(
 
 def raycast_progressively(
     scene: Scene,
-    size: tuple[int, int] = (512, 512),
+    size: AnySize = (512, 512),
     *,
     texture_refinement: int = 1,
     tell: Callable[[float], None] = lambda fraction: None,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import weakref
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,6 +20,7 @@ from texvol.scene.display import Window, found_window, shown
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.util import writing
 from texvol.util.color import srgb_from_linear
+from texvol.util.errors import InputError
 from texvol.util.upward import upward
 
 _DRAWS_IMAGES = "matplotlib.image"
@@ -62,6 +64,10 @@ class Drawn:
     again: Callable[[], dict[str, Any]]
     renderer: weakref.ReferenceType[Draws] | None = None
     known: dict[str, Any] = field(default_factory=dict)
+    numbers: tuple[tuple[int, ...], int] | None = None  # shape and checksum of the picture as it was drawn
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"renderer": None}  # a context stays in its process
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -85,44 +91,43 @@ def drawn_again(
 class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     """Picture of a scene, an array of shape (height, width, 4): linear light, premultiplied, top row first.
 
-    Computing with it gives plain arrays; a copy knows as much as the picture itself. It keeps its scene in memory.
+    It knows its scene, settings, report and error as long as its numbers are those that were drawn, however they were
+    changed: a checksum of all is compared whenever they are asked for. Computing with it gives plain arrays; a copy
+    knows as much as the picture itself, also in another process. It keeps its scene in memory.
     `plt.imshow(picture)` shows it in sRGB over its background, as a file of it does.
     """
 
-    drawn: Drawn | None
+    _made_from: Drawn | None
 
     @classmethod
     def of(cls, array: NDArray[np.floating], drawn: Drawn) -> Picture:
         """Return the array as the picture of what was drawn."""
         picture = array.view(cls)
-        picture.drawn = drawn
+        drawn.numbers, picture._made_from = _identified(picture), drawn
+        return picture
+
+    @classmethod
+    def restored(cls, array: NDArray[np.floating], drawn: Drawn | None) -> Picture:
+        """Return a picture that was pickled."""
+        picture = array.view(cls)
+        picture._made_from = drawn
         return picture
 
     def __array_finalize__(self, other: Any) -> None:
-        same = isinstance(other, Picture) and other.shape == self.shape
-        self.drawn = getattr(other, "drawn", None) if same else None
+        self._made_from = getattr(other, "_made_from", None)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, out: Any = (), **named: Any) -> Any:
-        """Compute with plain arrays; a picture that is changed in place is no longer one of its scene."""
-        plain = tuple(_plain(each) for each in inputs)
+        """Compute with plain arrays."""
         if out:
-            for each in out:
-                if isinstance(each, Picture):
-                    each.drawn = None
             named["out"] = tuple(_plain(each) for each in out)
-        found = getattr(ufunc, method)(*plain, **named)
+        found = getattr(ufunc, method)(*(_plain(each) for each in inputs), **named)
         return out[0] if len(out) == 1 else found
 
     def __getitem__(self, key: Any) -> Any:
         return _plain(self)[key]
 
-    def __setitem__(self, key: Any, content: Any) -> None:
-        self.drawn = None
-        super().__setitem__(key, content)
-
     def __reduce__(self) -> Any:
-        """Go to other processes and files as a plain array: the scene may be gigabytes."""
-        return _plain(self).__reduce__()
+        return Picture.restored, (_plain(self), self._made_from if self._holds_numbers else self.drawn)
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> Picture:
         return self.copy()
@@ -138,14 +143,22 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         return super().view(*how, **named)
 
     @property
+    def drawn(self) -> Drawn | None:
+        """Scene and settings that the picture was drawn from; None if its numbers are others than were drawn."""
+        drawn = self._made_from
+        return drawn if drawn is not None and drawn.numbers == _identified(self) else None
+
+    @property
     def scene(self) -> Scene | None:
         """Scene of the picture, with its camera, transfer function and classification; None once it was changed."""
-        return None if self.drawn is None else self.drawn.scene
+        drawn = self.drawn
+        return None if drawn is None else drawn.scene
 
     @property
     def settings(self) -> dict[str, Any]:
         """Arguments of `Renderer.render` that draw the picture again."""
-        return {} if self.drawn is None else dict(self.drawn.settings)
+        drawn = self.drawn
+        return {} if drawn is None else dict(drawn.settings)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -154,14 +167,16 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         If the renderer has drawn another picture or was closed meanwhile, the picture is drawn once more for it, and
         the seconds are those of that.
         """
-        return {} if self.drawn is None else self.drawn.stats
+        drawn = self.drawn
+        return {} if drawn is None else drawn.stats
 
     @property
     def error(self) -> float | None:
         """Estimated maximum absolute error against the integral of the picture's classification; None if unknown."""
-        if self.drawn is None or self.drawn.error is not None:
-            return None if self.drawn is None else self.drawn.error
-        found: float | None = self.stats.get("estimated_error")
+        drawn = self.drawn
+        if drawn is None or drawn.error is not None:
+            return None if drawn is None else drawn.error
+        found: float | None = drawn.stats.get("estimated_error")
         return found
 
     def to_srgb(self, *, transparent: bool = False, window: Window | None = None) -> NDArray[np.uint8]:
@@ -188,38 +203,63 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         is_exact = Path(path).suffix.lower() == ".exr"
         if self._holds_numbers and not is_exact and window is None:
             window = found_window(_plain(self), self._scene)
-        metadata: dict[str, str] = {}
-        if self.drawn is not None:
+        pixels = _plain(self) if is_exact and self._is_picture else self._colors(window)
+        drawn, metadata = self.drawn, {}
+        if drawn is not None:
             display = {"window": window} if self._holds_numbers and window is not None else {}
-            name, how = self._scene.volume.name, {"settings": self.settings, "display": display}
-            metadata = dict(self.drawn.attributes) | scene_metadata(name, self._scene, **how, checksum=is_exact)
-        pixels = _plain(self) if is_exact else self._colors(window)
+            name, how = drawn.scene.volume.name, {"settings": drawn.settings, "display": display}
+            metadata = dict(drawn.attributes) | scene_metadata(name, drawn.scene, **how, checksum=is_exact)
         writing.write_files({path: image.encoded(path, pixels, metadata, transparent=transparent)})
 
-    def _repr_png_(self) -> bytes:
-        """Return the picture as a notebook shows it."""
-        return image.encoded("picture.png", self._colors(None), quick=True)
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture as a notebook shows it; None if it was made into an array of another shape."""
+        return image.encoded("picture.png", self._colors(None), quick=True) if self._is_picture else None
 
     def __repr__(self) -> str:
-        if self.drawn is None or self.ndim != 3:
+        drawn = self.drawn
+        if drawn is None:
             return np.ndarray.__repr__(_plain(self))
-        error = "not estimated yet" if self.drawn.error is None else upward(self.drawn.error)
-        return f"<Picture {self.shape[1]}x{self.shape[0]} of {self._scene.volume.name}, error {error}>"
+        error = "not estimated yet" if drawn.error is None else upward(drawn.error)
+        return f"<Picture {self.shape[1]}x{self.shape[0]} of {drawn.scene.volume.name}, error {error}>"
 
     __str__ = __repr__
 
     @property
+    def _is_picture(self) -> bool:
+        return self.ndim == 3 and self.shape[2] == 4 and self.size > 0
+
+    @property
     def _scene(self) -> Scene:
-        assert self.drawn is not None
-        return self.drawn.scene
+        assert self._made_from is not None
+        return self._made_from.scene
 
     @property
     def _holds_numbers(self) -> bool:
-        return self.drawn is not None and self.drawn.scene.mode in NUMBER_MODES
+        """True if its colours are made of numbers, also if they were changed."""
+        return self._is_picture and self._made_from is not None and self._scene.mode in NUMBER_MODES
 
     def _colors(self, window: Window | None) -> NDArray[np.float32]:
         """Return linear premultiplied colours."""
-        return shown(_plain(self), self._scene, window=window) if self._holds_numbers else _plain(self)
+        if not self._is_picture:
+            raise InputError(f"a picture must have shape (height, width, 4), got {self.shape}")
+        if self._holds_numbers:
+            return shown(_plain(self), self._scene, window=window)
+        return np.asarray(_plain(self), np.float32)
+
+
+def _identified(picture: Picture) -> tuple[tuple[int, ...], int] | None:
+    """Return shape and CRC-32 of the numbers, which each change of a single one changes; None if no float32 has them.
+
+    A picture of 512 x 512 takes a thousandth of a second.
+    """
+    plain = _plain(picture)
+    if plain.dtype.kind not in "fiub":
+        return None
+    with np.errstate(over="ignore"):
+        numbers = np.ascontiguousarray(plain, np.float32)
+    if plain.dtype != np.float32 and not np.array_equal(numbers, plain, equal_nan=True):
+        return None
+    return plain.shape, zlib.crc32(numbers.data)
 
 
 def _plain(thing: Any) -> Any:

@@ -28,22 +28,19 @@ from texvol.rendering.model_error import AskedOfModel
 from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
-from texvol.rendering.settings import (
-    Settings,
-    arguments_of,
-    checked_slicing,
-    settings_asked_for,
-)
+from texvol.rendering.settings import Settings, arguments_of, checked_slicing, numbers_asked_for, settings_asked_for
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.picture_size import AnySize
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.turning import views_around
 from texvol.slicing.slabs import Slicing
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError
+from texvol.util.numbers import AnyNumber, checked_count
 
 Size = tuple[int, int]
 
@@ -106,20 +103,20 @@ class Renderer:
     def render(
         self,
         scene: Scene,
-        size: Size = (512, 512),
+        size: AnySize = (512, 512),
         *,
-        slab_thickness: float | None = None,
-        sampling_rate: float | None = None,
-        max_error: float | None = None,
+        slab_thickness: AnyNumber | None = None,
+        sampling_rate: AnyNumber | None = None,
+        max_error: AnyNumber | None = None,
         texture_format: str = "auto",
         target_format: str = "auto",
-        early_termination: float | None = None,
+        early_termination: AnyNumber | None = None,
         skip_empty: bool = True,
         slicing: Slicing = "stacks",
         texture_refinement: int | str | None = None,
         of: str = "own",
         level: int | str = "auto",
-        level_error: float | None = None,
+        level_error: AnyNumber | None = None,
         coarser_by_pixels: bool | None = None,
         views: int = 1,
         repeat: int = 1,
@@ -129,14 +126,14 @@ class Renderer:
 
         Parameters
         ----------
-        size : (width, height)
+        size : (width, height), or int
             Pixels.
         slab_thickness : float
             World units, plane to plane.
         sampling_rate : float
             Slabs per smallest spacing, in place of `slab_thickness`; 1 by default, or of a scene of classification auto
             that is drawn by post what its error needs, see `default_rate`.
-        max_error : float
+        max_error : float, Fraction, or text such as "1/255"
             Maximum absolute error of the linear picture against the integral of its classification, in place of
             `slab_thickness`: tiles of the picture are refined until each keeps it, or the scene is drawn at several
             thicknesses to find one. If the error cannot be reached there is an AccuracyWarning, and `stats` has the
@@ -186,17 +183,18 @@ class Renderer:
             hold the values at which the transfer function changes.
         """
         check, size = checking.checked_count(check), self._compositor.checked_size(size)
+        views, repeat = checked_count("views", views), checked_count("repeat", repeat)
         scene = drawable(scene, size, texture_refinement)
-        rates, formats = (slab_thickness, sampling_rate, max_error), (texture_format, target_format)
-        settings = settings_asked_for(scene, rates, formats, early_termination, skip_empty, slicing)
-        asked = AskedOfModel(texture_refinement, max_error, of)
+        rates = numbers_asked_for(slab_thickness=slab_thickness, sampling_rate=sampling_rate, max_error=max_error)
+        ending, level_error = numbers_asked_for(early_termination=early_termination, level_error=level_error)
+        settings = settings_asked_for(scene, rates, (texture_format, target_format), ending, skip_empty, slicing)
+        asked = AskedOfModel(texture_refinement, max_error := rates[2], of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
-        pictures = self._pictures_of(scene)
-        self.drawn_scene, asked = scene, asked.settled(self.chosen)
+        pictures, self.drawn_scene, asked = self._pictures_of(scene), scene, asked.settled(self.chosen)
         complete = scene.completed(size)
         checked_slicing(slicing, complete)
-        level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate, coarser_by_pixels)
+        level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
         self._unrefined, self._is_of_post, self._by_tiles = complete, of == "post", (None, ())
@@ -215,8 +213,7 @@ class Renderer:
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
         self._last, self._quick_estimate = (complete, size, settings), self._default_rate.estimate
-        if scene.mode not in NUMBER_MODES:
-            picture = over_background(picture, scene.background)
+        picture = picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
         checking.warn_of_lost_digits(pictures.lost_digits)
         if check is not None or max_error is not None:
             with self._watch.timed("check"):
@@ -225,17 +222,20 @@ class Renderer:
         return self._known(picture, size)
 
     def orbit(
-        self, scene: Scene, count: int, size: Size = (512, 512), **accuracy: Any
+        self, scene: Scene, count: int, size: AnySize = (512, 512), **accuracy: Any
     ) -> Generator[Picture, None, None]:
-        """Yield `count` pictures once around a scene; arguments as for `render`, which decide the first."""
-        for frame in self.frames(views_around(scene, count, size), size, count=count, views=count, **accuracy):
-            yield frame.picture
+        """Return a generator of `count` pictures once around a scene; arguments as for `render` decide the first."""
+        views = views_around(scene, count, size := self._compositor.checked_size(size))
+        return (frame.picture for frame in self.frames(views, size, count=count, views=count, **accuracy))
 
     def frames(
-        self, scenes: Iterable[Scene], size: Size, *, count: int, views: int = 1, **accuracy: Any
+        self, scenes: Iterable[Scene], size: AnySize = 512, *, count: int | None = None, views: int = 1, **how: Any
     ) -> Generator[Frame, None, None]:
-        """Yield the frames of `count` scenes; arguments as for `render`, which decide the first and hold for all."""
-        return drawn_one_by_one(self, scenes, size, views, accuracy)
+        """Return a generator of the frames of scenes, each drawn when it is asked for, and `count` in all if known.
+
+        Arguments as for `render` decide the first frame; what is chosen for it holds for all.
+        """
+        return drawn_one_by_one(self, scenes, self._compositor.checked_size(size), views, how)
 
     def foresee(self, scene: Scene, size: Size, max_error: float, slicing: Slicing = "stacks") -> error_control.Choice:
         """Return the choice for a sixteenth of the pixels and half of the error: a guess at what `render` takes."""

@@ -12,6 +12,7 @@ from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
+from texvol.util.numbers import AnyNumber, checked_number
 
 DEFAULT_SAMPLING_RATE = 1.0
 # In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
@@ -53,7 +54,7 @@ def arguments_of(settings: Settings, max_error: float | None = None) -> dict[str
 
 def settings_asked_for(
     scene: Scene,
-    thickness: tuple[float | None, float | None, float | None],
+    thickness: tuple[float | None, ...],
     formats: tuple[str, str],
     early_termination: float | None,
     skip_empty: bool,
@@ -75,6 +76,11 @@ def settings_asked_for(
     checked_formats = checked_format(formats[0]), checked_target(formats[1], scene.mode)
     termination = checked_termination(early_termination, thickness[2])
     return Settings(wanted, *checked_formats, termination, skip_empty, slicing)
+
+
+def numbers_asked_for(**named: AnyNumber | None) -> tuple[float | None, ...]:
+    """Return numbers among the arguments of `Renderer.render` as floats; InputError names what is none."""
+    return tuple(checked_number(name, number) for name, number in named.items())
 
 
 def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:

@@ -22,6 +22,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import DepthCue, Lighting
 from texvol.scene.looks import Look, look_for, seen_as
 from texvol.scene.mask import Mask, without_hidden
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene_checks import (
     check_air,
     check_cutting,
@@ -185,15 +186,15 @@ class Scene(ShownInNotebooks):
         loaded: Scene = late("load_scene", path)
         return loaded
 
-    def save(self, path: str | os.PathLike[str], size: tuple[int, int] = (512, 512)) -> None:
-        """Write a scene file (TOML) for pictures of `size` (width, height), and transfer functions beside it.
+    def save(self, path: str | os.PathLike[str], size: AnySize = (512, 512)) -> None:
+        """Write a scene file (TOML) for pictures of `size`, and transfer functions beside it.
 
         Raises
         ------
         InputError
             If a volume, mask or mesh was not read from a file, or a file can't be written.
         """
-        late("write_scene", path, self, size)
+        late("write_scene", path, self, checked_size(size))
 
     def replace(self, **parts: Any) -> Scene:
         """Return the scene with other parts, by the names of its parameters; see `Scene` for errors."""

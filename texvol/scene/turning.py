@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterator
 from dataclasses import replace
 
 from texvol.scene import orbit
 from texvol.scene.framing import framed
 from texvol.scene.scene import Scene
-from texvol.util.errors import InputError
+from texvol.util.errors import check_type
+from texvol.util.numbers import checked_count
 
 
 def views_around(scene: Scene, count: int, size: tuple[int, int]) -> Iterator[Scene]:
@@ -22,12 +22,8 @@ def views_around(scene: Scene, count: int, size: tuple[int, int]) -> Iterator[Sc
     InputError
         If the count is not a whole number of at least 1.
     """
-    try:
-        number = operator.index(count)
-    except TypeError:
-        number = 0
-    if number < 1:
-        raise InputError(f"count of views must be a whole number of at least 1, got {count!r}")
+    check_type("scene", scene, Scene)
+    number = checked_count("count of views", count)
     seen = scene.looked
     camera = scene.camera or framed(seen, aspect=size[0] / size[1], turning=True)
     return (replace(seen, camera=orbit.turned(camera, 360 * view / number)) for view in range(number))

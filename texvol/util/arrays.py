@@ -15,20 +15,22 @@ def array_of(thing: Any) -> Any:
     Raises
     ------
     InputError
-        If it is none, or not in the processor's memory.
+        If it is none, or numpy cannot read it, since it is ragged or on another device.
     """
-    if isinstance(thing, np.ndarray | list | tuple) or hasattr(thing, "__array_interface__"):
+    if isinstance(thing, np.ndarray):
         return thing
-    if hasattr(thing, "__dlpack__"):
-        try:
-            return np.from_dlpack(thing)
-        except (BufferError, RuntimeError, TypeError) as error:
-            if not hasattr(thing, "__array__"):
-                reason = " ".join(str(error).split())
-                raise InputError(
-                    f"array must be in the processor's memory, got {type(thing).__name__}: {reason}"
-                ) from None
-    if not hasattr(thing, "__array__"):
+    is_list = isinstance(thing, list | tuple)
+    if not is_list and not any(hasattr(thing, f"__{how}__") for how in ("array_interface", "dlpack", "array")):
         wanted = "a path, a Volume, an array, or an image of xarray, nibabel, SimpleITK or pyvista"
         raise InputError(f"a volume must be {wanted}, got {type(thing).__name__}")
-    return thing
+    try:
+        if hasattr(thing, "__dlpack__") and not hasattr(thing, "__array_interface__"):
+            try:
+                return np.from_dlpack(thing)
+            except (BufferError, RuntimeError, TypeError, ValueError):
+                if not hasattr(thing, "__array__"):
+                    raise
+        return np.asarray(thing)
+    except (BufferError, RuntimeError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise InputError(f"array must be one that numpy can read, got {type(thing).__name__}: {reason}") from None

@@ -17,16 +17,24 @@ def from_xarray(array: Any, **told: Any) -> Volume:
     Parameters
     ----------
     array : xarray.DataArray
-        Dimensions are known by their names, in any order; spacing, origin and unit by its coordinates. Coordinates
-        that descend make an axis of the opposite direction.
+        Dimensions are known by the CF attributes of their coordinates or by their names, in any order; spacing,
+        origin and unit by its coordinates. Coordinates that descend make an axis of the opposite direction.
     told
         Arguments of `texvol.open_array`, such as `channel` and `time` for further dimensions.
 
     Raises
     ------
     InputError
-        If there are no three dimensions of space, or coordinates are uneven.
+        If there are no three dimensions of space, some of them are not known, or coordinates are uneven or curved.
+
+    Warns
+    -----
+    UserWarning
+        If the axes have units that cannot be compared, such as metres and degrees.
     """
+    if hasattr(array, "data_vars"):
+        listed = ", ".join(map(str, array.data_vars)) or "none"
+        raise InputError(f"array must be a DataArray, got Dataset; dataset['NAME'] is one, it has {listed}")
     attributes = getattr(array, "attrs", {})
     told.setdefault("name", str(array.name or attributes.get("long_name") or "array"))
     told.setdefault("value_unit", str(attributes.get("units", "")))
@@ -54,7 +62,7 @@ def to_xarray(volume: Volume) -> Any:
     coordinates = {}
     for axis, name in enumerate("xyz"):
         positions = volume.origin[axis] + signs[axis] * volume.spacing[axis] * np.arange(volume.dimensions[axis])
-        coordinates[name] = (name, positions, {"units": volume.unit} if volume.unit else {})
+        coordinates[name] = (name, positions, {"axis": name.upper()} | ({"units": volume.unit} if volume.unit else {}))
     attributes = {"units": volume.value_unit} if volume.value_unit else {}
     values = volume.whole.values
     return xarray.DataArray(values, coordinates, ("z", "y", "x"), name=volume.name, attrs=attributes)

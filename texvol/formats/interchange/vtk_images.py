@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.stores.coordinates import EVEN
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError, missing_library
+
+_ADVICE = "pyvista's resample, or texvol.load of its file, makes one of other grids"
 
 
 def from_pyvista(
     image: Any, *, scalars: str | None = None, name: str = "image", labels: bool = False, value_unit: str = ""
 ) -> Volume:
-    """Return the volume of an ImageData of pyvista or VTK; its samples are not copied.
+    """Return the volume of an ImageData, or an even RectilinearGrid, of pyvista or VTK; its samples are not copied.
 
     Parameters
     ----------
@@ -24,11 +27,12 @@ def from_pyvista(
     Raises
     ------
     InputError
-        If it is no ImageData, has no such array, or one of several components.
+        If it is another grid or an uneven one, has no such array, or one of several components.
     """
+    if image.IsA("vtkRectilinearGrid"):
+        image = _even(image, name)
     if not image.IsA("vtkImageData"):
-        advice = "pyvista's resample, or texvol.load of its file, makes one of other grids"
-        raise InputError(f"{name}: a volume must be an ImageData, got {image.GetClassName()}; {advice}")
+        raise InputError(f"{name}: a volume must be an ImageData, got {image.GetClassName()}; {_ADVICE}")
     values, of_cells = _samples(image, scalars, name)
     extent = np.array(image.GetExtent()).reshape(3, 2)
     counts = extent[:, 1] - extent[:, 0] + (0 if of_cells else 1)
@@ -41,6 +45,29 @@ def from_pyvista(
         values.reshape(counts[::-1]), spacing.tolist(), origin.tolist(), matrix,
         name=name, labels=labels, value_unit=value_unit,
     )  # fmt: skip
+
+
+def _even(grid: Any, name: str) -> Any:
+    """Return the ImageData of a rectilinear grid, which has the same arrays."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonDataModel import vtkImageData
+
+    image = vtkImageData()
+    spacing, origin = [], []
+    for letter, get in zip("xyz", (grid.GetXCoordinates, grid.GetYCoordinates, grid.GetZCoordinates), strict=True):
+        positions = vtk_to_numpy(get()).astype(np.float64)
+        steps = np.diff(positions)
+        mean = float(steps.mean()) if steps.size else 1.0
+        if not mean > 0 or np.abs(steps - mean).max(initial=0.0) > EVEN * mean:
+            raise InputError(f"{name}: coordinates {letter} of a RectilinearGrid must be even; {_ADVICE}")
+        spacing.append(mean)
+        origin.append(float(positions[0]))
+    image.SetDimensions(grid.GetDimensions())
+    image.SetSpacing(spacing)
+    image.SetOrigin(origin)
+    image.GetPointData().ShallowCopy(grid.GetPointData())
+    image.GetCellData().ShallowCopy(grid.GetCellData())
+    return image
 
 
 def to_pyvista(volume: Volume) -> Any:

@@ -7,6 +7,7 @@ By the CF conventions an axis is identified by its attribute `axis`, its standar
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,10 +117,13 @@ def unstructured_kind(dataset: Any, variable: Any | None = None) -> str:
 
 
 def attribute(variable: Any | None, name: str) -> str:
-    """Return an attribute as text, empty if there is none."""
-    if variable is None or name not in variable.ncattrs():
+    """Return an attribute of a netCDF4 variable, or of a coordinate of xarray, as text, empty if there is none."""
+    if isinstance(told := getattr(variable, "attrs", None), Mapping):
+        value = told.get(name)
+    elif variable is None or name not in variable.ncattrs():
         return ""
-    value = variable.getncattr(name)
+    else:
+        value = variable.getncattr(name)
     return value.strip() if isinstance(value, str) else ""
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import mmap
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.formats.readers.samples import Choice, FileFault
-from texvol.formats.stores import units
+from texvol.formats.stores.coordinates import grid_of, letters_by_name, names_of
 from texvol.formats.stores.placing import layout_of, letters_of
 from texvol.formats.stores.sources import ChunkedSource, Layout, Reading, check_sizes, sample_type
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.util.errors import InputError
 
 _CHUNK = 64  # samples along an axis, where the array names no chunks
-_EVEN = 1e-3  # of a step, by which coordinates may be uneven
 
 
 class _Mapped(NamedTuple):
@@ -120,13 +119,13 @@ def open_array(
         if not hasattr(array, each):
             raise InputError(f"array must have {each}, got {type(array).__name__}")
     try:
-        names = _names(array)
+        names = names_of(array)
         shape = tuple(int(each) for each in array.shape)
         check_sizes(shape)
-        layout = layout_of(
-            letters_of(names), shape, Choice(channel=channel, time=time), [each or "-" for each in names]
-        )
-        grid = _grid(array, names, layout, told=spacing is not None)
+        named = [each for each in names if each is not None]
+        letters = letters_by_name(array, named) if named else letters_of(names)
+        layout = layout_of(letters, shape, Choice(channel=channel, time=time), [each or "-" for each in names])
+        grid = grid_of(array, names, layout, told=spacing is not None)
         source = ArraySource(
             layout, sample_type(np.dtype(array.dtype), str(array.dtype)),
             _chunk(array, shape, layout, chunk_shape), "array", Reading(name, marks_of(missing)), _bare(array),
@@ -141,13 +140,6 @@ def open_array(
         unit=grid["unit"] if unit is None else unit,
         memory=memory, value_unit=value_unit, name=name, labels=labels, blocks=blocks,
     )  # fmt: skip
-
-
-def _names(array: Any) -> list[str | None]:
-    """Return the names of an xarray.DataArray's dimensions, or as many None."""
-    dims = getattr(array, "dims", None)
-    named = isinstance(dims, tuple) and len(dims) == len(array.shape) and all(isinstance(each, str) for each in dims)
-    return list(dims) if named and dims is not None else [None] * len(array.shape)
 
 
 def _bare(array: Any) -> Any:
@@ -173,27 +165,3 @@ def _chunk(array: Any, shape: tuple[int, ...], layout: Layout, told: Sequence[in
             if axis is not None:
                 chunk[axis] = int(each)
     return tuple(chunk)
-
-
-def _grid(array: Any, names: Sequence[str | None], layout: Layout, *, told: bool) -> Mapping[str, Any]:
-    """Return spacing, origin and direction along x, y, z and their unit by an xarray.DataArray's coordinates."""
-    spacing, origin, found = [1.0] * 3, [0.0] * 3, []
-    coordinates = getattr(array, "coords", {})
-    for number, axis in enumerate(layout.order):
-        name = None if axis is None else names[axis]
-        if name is None or name not in coordinates:
-            continue
-        values = np.asarray(coordinates[name])
-        if values.dtype.kind not in "iuf":
-            continue
-        steps = np.diff(values.astype(np.float64))
-        if steps.size and not (steps[0] != 0 and np.abs(steps - steps.mean()).max() <= _EVEN * abs(steps.mean())):
-            if told:
-                continue
-            raise FileFault(f"its coordinates {name} must be even; spacing=(x, y, z) overrides them")
-        spacing[number] = float(steps.mean()) if steps.size else 1.0
-        origin[number] = float(values[0])
-        found.append(units.length_unit(str(coordinates[name].attrs.get("units", ""))))
-    unit = found[0] if found and len(set(found)) == 1 else ""
-    direction = np.diag(np.sign(spacing[::-1]))
-    return {"spacing": np.abs(spacing[::-1]), "origin": origin[::-1], "direction": direction, "unit": unit}

@@ -21,12 +21,17 @@ _LETTERS |= {
 _LETTERS |= {"LEV": "Z", "LEVEL": "Z", "ALTITUDE": "Z", "LAT": "Y", "LATITUDE": "Y", "LON": "X", "LONGITUDE": "X"}
 
 
+def letter_of(name: str) -> str:
+    """Return the letter of an axis by its name; empty if it is not known."""
+    return _LETTERS.get(name.upper(), "")
+
+
 def letters_of(names: Sequence[str | None]) -> str:
     """Return a letter for each axis by its name; without names for all of space the last three axes are z, y, x.
 
     Two axes, y and x, are space if only these are named, or if there are no others.
     """
-    found = [_LETTERS.get(str(name or "").upper(), "?") for name in names]
+    found = [letter_of(str(name or "")) or "?" for name in names]
     named = set(found)
     if {"Y", "X"} <= named and len(set(found) - {"?"}) == len([each for each in found if each != "?"]):
         return "".join(found)

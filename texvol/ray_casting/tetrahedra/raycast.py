@@ -11,7 +11,7 @@ from texvol.ray_casting.common.medium import medium_of
 from texvol.ray_casting.common.rays import Numbers, over_rows
 from texvol.ray_casting.tetrahedra.tracer import Cells, trace_tetrahedra
 from texvol.scene.camera import Camera
-from texvol.scene.picture_size import checked_size
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.tetrahedra import TetrahedralGrid, barycentric_maps
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -31,7 +31,7 @@ def raycast_tetrahedra(
     grid: TetrahedralGrid,
     transfer_function: TransferFunction,
     camera: Camera | None = None,
-    size: tuple[int, int] = (512, 512),
+    size: AnySize = (512, 512),
     *,
     background: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> NDArray[np.float64]:

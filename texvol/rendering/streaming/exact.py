@@ -18,7 +18,7 @@ from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import needed_chunks, region_shows
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.picture_size import checked_size
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing import bricks
 from texvol.slicing.coverage import pixels_of
@@ -31,7 +31,7 @@ _REGION = 1 << 21  # samples
 
 def raycast(
     scene: Scene,
-    size: tuple[int, int] = (512, 512),
+    size: AnySize = (512, 512),
     *,
     texture_refinement: int = 1,
     tell: Callable[[float], None] = lambda fraction: None,

@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.settings import Settings, checked
+from texvol.rendering.settings import Settings, checked, numbers_asked_for
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.scene.large_volume import LargeVolume, Level
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.regions import regions_of_level
 from texvol.slicing.slabs import slab_stacks
 from texvol.util.errors import InputError
+from texvol.util.numbers import AnyNumber
 from texvol.util.upward import upward
 
 
@@ -65,13 +67,13 @@ class Plan:
 
 def plan(
     scene: Scene,
-    size: tuple[int, int] = (512, 512),
+    size: AnySize = (512, 512),
     *,
-    slab_thickness: float | None = None,
-    sampling_rate: float | None = None,
-    max_error: float | None = None,
+    slab_thickness: AnyNumber | None = None,
+    sampling_rate: AnyNumber | None = None,
+    max_error: AnyNumber | None = None,
     level: int | str = "auto",
-    level_error: float | None = None,
+    level_error: AnyNumber | None = None,
 ) -> Plan:
     """Return what `Renderer.render` with the same arguments would read, draw and need of a LargeVolume.
 
@@ -82,10 +84,12 @@ def plan(
     """
     if (reason := reason_for_memory(scene)) is not None or not isinstance(scene.volume, LargeVolume):
         raise InputError(f"plan: needs a volume in a store that is drawn part by part, got {reason or 'one in memory'}")
+    size = checked_size(size)
     complete = scene.classified_as("post").completed(size) if scene.classification == "auto" else scene.completed(size)
-    thickness = checked(scene, slab_thickness, sampling_rate, max_error)
+    rates = numbers_asked_for(slab_thickness=slab_thickness, sampling_rate=sampling_rate, max_error=max_error)
+    (level_error,), thickness = numbers_asked_for(level_error=level_error), checked(scene, *rates)
     settings = Settings(thickness, "auto", "rgba32f", 0.0, skip_empty=True)
-    asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate)
+    asked = LevelsAskedFor(level, level_error, rates[2], rates[0] or rates[1])
     settings = with_levels(complete, size, settings, asked)
     return _plan_of(complete, size, settings)
 

@@ -13,6 +13,7 @@ from texvol.rendering.renderer import Renderer
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.levels import settled_level
 from texvol.scene.large_volume import LargeVolume
+from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene import Scene
 
 _FIRST = 1 << 21  # samples of the first level, at most: drawn in well under a second
@@ -37,7 +38,7 @@ class Stage:
 
 
 def render_progressively(
-    renderer: Renderer, scene: Scene, size: tuple[int, int] = (512, 512), **accuracy: Any
+    renderer: Renderer, scene: Scene, size: AnySize = (512, 512), **accuracy: Any
 ) -> Iterator[Stage]:
     """Yield pictures of a scene from coarse to fine, the last of them that of `Renderer.render`.
 
@@ -49,7 +50,7 @@ def render_progressively(
     accuracy
         Arguments of `Renderer.render` for the last picture.
     """
-    before = None
+    before, size = None, checked_size(size)
     for stage in coarse_pictures(renderer, scene, size, accuracy):
         before = stage.picture
         yield stage

@@ -202,7 +202,7 @@ def _widget_class() -> Any:
 
         def __init__(self, window: Window) -> None:
             super().__init__(width=window.size[0], height=window.size[1], title=window.title)
-            self.last = LastPicture(window.size[0], lambda: first_picture(window)._repr_png_())
+            self.last = LastPicture(window.size[0], lambda: first_picture(window)._repr_png_() or b"")
             self.last.put.append(self.keep)
             self.below = Output(repr(self), lambda: Shot(self.last.png, self.last.width))
             self.output = self.below.name
