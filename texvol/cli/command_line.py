@@ -77,12 +77,16 @@ _UNKNOWN = r"unrecognized arguments: (--[\w-]+).*|.*invalid choice: '([^']*)' \(
 class _Parser(argparse.ArgumentParser):
     """Argument parser whose errors are one line."""
 
+    command = ""  # as the line names it
+
     def error(self, message: str) -> NoReturn:
         # argparse begins with "argument --size: …"; the option's name alone is enough.
         found = re.fullmatch(_UNKNOWN, message)
         near = ""
         if found and found[1]:
-            near = did_you_mean(found[1], _options(self))
+            options = _options(self, self.command)
+            elsewhere = found[1] not in options and found[1] in _options(self)
+            near = f"; {self.command} has no such option" if elsewhere else did_you_mean(found[1], options)
         elif found:
             near = did_you_mean(found[2], re.findall(r"[\w-]+", found[3]))
         raise InputError(message.removeprefix("argument ") + near + f" (see {self.prog} --help)")
@@ -93,7 +97,8 @@ def main(line: Sequence[str] | None = None) -> int:
     try:
         line = sys.argv[1:] if line is None else line
         remarks.begin()
-        arguments = _parser().parse_args(texts.with_negative_values(_joined(line)), argparse.Namespace(line=line))
+        words = texts.with_negative_values(_joined(line))
+        arguments = _parser(words[0] if words else "").parse_args(words, argparse.Namespace(line=line))
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)
@@ -117,8 +122,9 @@ def main(line: Sequence[str] | None = None) -> int:
         return 141
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(command: str = "") -> argparse.ArgumentParser:
     parser = _Parser(prog="texvol", description="Volume rendering by 3D-texture slicing, with a known error.")
+    parser.command = command
     parser.add_argument("--version", action="version", version=f"texvol {__version__}")
     commands = parser.add_subparsers(metavar="COMMAND", required=True)
     for add in _COMMANDS:
@@ -132,13 +138,14 @@ def _joined(line: Sequence[str]) -> list[str]:
     return [words, *line[2:]] if words in (REPORT_MERGE, REPORT_HISTORY) and len(line) > 1 else list(line)
 
 
-def _options(parser: argparse.ArgumentParser) -> list[str]:
-    """Return the names of all options of a parser and its commands."""
+def _options(parser: argparse.ArgumentParser, command: str = "") -> list[str]:
+    """Return the names of all options of a parser and its commands, or of the one command of that name."""
     found: list[str] = []
     for action in parser._actions:
         found += [name for name in action.option_strings if name.startswith("--")]
         if isinstance(action, argparse._SubParsersAction):
-            found += [name for command in action.choices.values() for name in _options(command)]
+            chosen = [action.choices[command]] if command in action.choices else action.choices.values()
+            found += [name for each in chosen for name in _options(each)]
     return found
 
 
