@@ -272,6 +272,7 @@ class Desk:
         recent.remember(name, None if name == document.origin.scene_file else document.scene)
 
     def _show(self, document: Document) -> None:
+        self.layout.turn_to(document, self.document)
         self.document = document
         self.panel_state.clear()
         self.questions = [each for each in self.questions if not each.of_scene]

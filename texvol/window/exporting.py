@@ -24,7 +24,7 @@ def scene(
     path = path or saving.scene_name(document)
 
     def write(chosen: str) -> None:
-        if desk.attempt(lambda: saving.save_scene(chosen, document, desk.pixels)):
+        if desk.attempt(lambda: saving.save_scene(chosen, document, desk.layout.alone(desk.pixels))):
             desk.own.wrote(saving.files_of(chosen, document))
             document.origin = replace(document.origin, scene_file=chosen)
             desk.say(f"saved {Path(chosen).resolve()}")
@@ -39,8 +39,8 @@ def scene(
 
 
 def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int] | None = None) -> None:
-    """Have a picture written, by default of the size in the window."""
-    path, wanted = path or saving.default_name(document, ".png"), size or desk.pixels
+    """Have a picture written, by default of the size that the 3D view has alone."""
+    path, wanted = path or saving.default_name(document, ".png"), size or desk.layout.alone(desk.pixels)
     accuracy = desk.accuracy if wanted == desk.pixels else desk.director.accuracy
 
     def write(chosen: str) -> None:

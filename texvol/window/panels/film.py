@@ -52,7 +52,7 @@ def show(desk: Desk, document: Document, name: Callable[[], str]) -> None:
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
         return
     if imgui.button("save##film"):
-        width, height = state.get("picture size", desk.pixels)
+        width, height = state.get("picture size", desk.layout.alone(desk.pixels))
         exporting.film(desk, document, path, (width - width % 2, height - height % 2), views, fps, course)
     imgui.set_item_tooltip("write a film (MP4, GIF), or numbered pictures such as view_%03d.png")
 

@@ -43,7 +43,7 @@ def _save(desk: Desk, document: Document, fps: float) -> None:
             desk.stop_writing()
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
     elif imgui.button("save"):
-        width, height = desk.panel_state.get("picture size", desk.pixels)
+        width, height = desk.panel_state.get("picture size", desk.layout.alone(desk.pixels))
         size = max(width - width % 2, 2), max(height - height % 2, 2)
         time_film.film(desk, document, desk.panel_state["time film name"], size, fps)
     else:

@@ -12,7 +12,7 @@ from texvol.window import commands, list_editing, opening, placing, volume_list
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.naming import called, how_read, volume_called
-from texvol.window.panels import icons, masks, parts, tips
+from texvol.window.panels import icons, masks, parts
 from texvol.window.tinting import tint_of
 from texvol.window.volume_list import Entry
 
@@ -87,7 +87,7 @@ def _head(desk: Desk, document: Document, found: list[Entry], number: int, acts:
     taken = "remove"
     room = imgui.calc_text_size(taken).x + 2 * imgui.get_style().frame_padding.x + imgui.get_style().item_spacing.x
     left = imgui.get_content_region_avail().x - room
-    name = _fitting(f"{number + 1}: {_called(volume)}", left)
+    name = parts.fitting(f"{number + 1}: {_called(volume)}", left)
     imgui.align_text_to_frame_padding()
     start = imgui.get_cursor_pos_x()
     if entry.shown:
@@ -110,18 +110,6 @@ def _called(volume: Volume) -> str:
         return volume_called(volume)
     how = {key: each for key, each in how_read(volume.source).items() if key != "channel"}
     return f"{channel.name or f'channel {channel.number}'}, {called(volume.name, how)}"
-
-
-def _fitting(text: str, width: float) -> str:
-    """Return a text that is no wider; what is too much is left out in the middle."""
-    if imgui.calc_text_size(text).x <= width:
-        return text
-    for letters in range(len(text) - 1, 2, -1):
-        tail = letters // 2
-        shorter = f"{text[: letters - tail]}…{text[len(text) - tail :]}"
-        if imgui.calc_text_size(shorter).x <= width:
-            return shorter
-    return text[:1]
 
 
 def _color(desk: Desk, document: Document, number: int, entry: Entry, acts: list[Act]) -> None:
@@ -190,8 +178,13 @@ def _channels(desk: Desk, document: Document, found: list[Entry]) -> None:
     imgui.separator()
     names = ["add a channel …", *(f"{each.number} {each.name}".rstrip() for each in others)]
     imgui.set_next_item_width(-1)
-    changed, chosen = imgui.combo("##channel", 0, names)
+    marked, chosen = 0, False
+    if imgui.begin_combo("##channel", names[0], imgui.ComboFlags_.height_large):
+        if imgui.is_window_appearing():
+            desk.panel_state["channel marked"] = 0
+        marked, chosen = parts.listed(names, desk.panel_state.get("channel marked", 0))
+        desk.panel_state["channel marked"] = marked
+        imgui.end_combo()
     imgui.set_item_tooltip("further channels of the file of the first volume")
-    tips.show("##channel")
-    if changed and chosen > 0:
-        opening.add(desk, path, opening.like(volume) | {"channel": others[chosen - 1].number})
+    if chosen and marked > 0:
+        opening.add(desk, path, opening.like(volume) | {"channel": others[marked - 1].number})
