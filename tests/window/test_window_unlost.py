@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
 
-from texvol.window import opening, own_files, replaced
+from texvol.window import opening, own_files, recent, replaced
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
 from texvol.window.events import Event
@@ -337,6 +337,7 @@ def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -
         done(desk, "save")
         (scene,) = folder.glob("*.toml")
         assert 'size = "602x402"' in scene.read_text(), mode
+        assert recent.files()[0].path == str(scene), "it is found again"
         done(desk, "picture")
         assert clerk.jobs[0]["size"] == (602, 402), mode
         desk.stop_writing()

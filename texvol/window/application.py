@@ -153,6 +153,8 @@ class Application:
         screen.clear(panels.BEHIND)
         panels.picture(desk)
         self._interface.end()
+        if desk.textures is not None:
+            desk.textures.drawn()
         self._note(start, new)
         self._screenshots()
         screen.check()

@@ -11,7 +11,7 @@ from typing import Any
 from texvol.formats.pictures import image
 from texvol.scene.orbit import Turn
 from texvol.scene.tour import Tour
-from texvol.window import own_files, saving
+from texvol.window import own_files, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.questions import Question
@@ -27,6 +27,8 @@ def scene(
         if desk.attempt(lambda: saving.save_scene(chosen, document, desk.layout.alone(desk.pixels))):
             desk.own.wrote(saving.files_of(chosen, document))
             document.origin = replace(document.origin, scene_file=chosen)
+            desk.panel_state.pop("recent", None)
+            recent.remember(chosen, None)
             desk.say(f"saved {Path(chosen).resolve()}")
             then()
 
