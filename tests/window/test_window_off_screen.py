@@ -42,6 +42,13 @@ def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> No
             textures.drawn()
             screen.check()
         seen = screen.read().astype(int)
+        for event, is_quick in (
+            (Event("move", 5, 5), True), (Event("button", name="left", down=True), False), (Event("move", 8, 5), False),
+            (Event("move", 12, 5), True),
+        ):  # fmt: skip
+            interface.begin([event])
+            interface.end()
+            assert (imgui.get_style().hover_delay_short < 1) == is_quick, "a press hides tooltips"
         interface.close()
     finally:
         screen.close()
