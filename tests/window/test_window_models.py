@@ -193,6 +193,11 @@ def test_recent_files_are_read_as_they_were(tmp_path: Path, monkeypatch: pytest.
     assert recent.files() == [found, other], "the same again is the same entry"
 
 
+def test_recent_files_are_called_without_their_time_step() -> None:
+    further = {"file": "b.nii", "channel": 1, "time": 3}
+    assert Recent("/a.nii", {"time": 0, "channel": 2, "add": [further]}).text == "a.nii, channel 2 + b.nii, channel 1"
+
+
 def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     recent.remember("volume", Scene(Volume(np.zeros((2, 2, 2)))))

@@ -11,7 +11,7 @@ from typing import Any
 from texvol.formats.pictures import image
 from texvol.scene.orbit import Turn
 from texvol.scene.tour import Tour
-from texvol.window import own_files, recent, saving
+from texvol.window import film_accuracy, own_files, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.questions import Question
@@ -72,7 +72,10 @@ def film(
             course.cameras(1)
 
     def write(chosen: str) -> None:
-        accuracy = desk.director.accuracy
+        accuracy = film_accuracy.accuracy(desk)
+        seconds = film_accuracy.seconds(desk, document, size, views)
+        if seconds is not None:
+            desk.moving.forecasts[chosen] = seconds
         job = {"size": size, "accuracy": accuracy, "path": chosen, "views": views, "course": course, "fps": fps}
         desk.write(document, kind="film", **job)
 

@@ -144,6 +144,7 @@ TIPS = {
     # File
     "film of": "what the camera does in the film",
     "axis": "axis of the turns, through the point that the camera looks at",
+    "error of films": "greatest error of the first picture, in steps of 8 bits; a quarter takes twice as long",
     "turns": "how often the camera goes around",
     "camera goes": "direction of the turns",
     "transparent background": "picture files keep their opacity",
