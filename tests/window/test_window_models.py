@@ -207,9 +207,9 @@ def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: 
 def test_channels_of_one_file_are_told_apart() -> None:
     name = "/somewhere/xyzc_16bit__dna_conf_wf.tif"
     one, two = (Volume(np.zeros((2, 2, 2)), name=name, source={"path": name, "channel": n}) for n in (0, 1))
-    assert volume_called(one) == "xyzc_16bit__dna_conf_wf.tif, channel 0"
+    assert volume_called(one) == "channel 0, xyzc_16bit__dna_conf_wf.tif"
     short = [volume_called(each, 12) for each in (one, two)]
-    assert short == ["xyzc_1…f.tif, channel 0", "xyzc_1…f.tif, channel 1"]
+    assert short == ["channel 0, xyzc_1…f.tif", "channel 1, xyzc_1…f.tif"]
 
 
 @given(st.text(max_size=30), st.integers(1, 30))
