@@ -28,7 +28,8 @@ def scene(
             desk.own.wrote(saving.files_of(chosen, document))
             document.origin = replace(document.origin, scene_file=chosen)
             desk.panel_state.pop("recent", None)
-            recent.remember(chosen, None)
+            if asks:  # else a script has saved it
+                recent.remember(chosen, None)
             desk.say(f"saved {Path(chosen).resolve()}")
             then()
 
