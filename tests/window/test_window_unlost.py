@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
 
-from texvol.window import opening, own_files, recent, replaced
+from texvol.window import opening, own_files, recent, replaced, rescue
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
 from texvol.window.events import Event
@@ -325,6 +325,18 @@ def test_what_another_scene_replaces_comes_back_with_its_slices() -> None:
         layout.follow(done(desk, command).scene)
         assert layout.zoom == zoom
     assert (layout.window, layout.index.tolist()) == ((0.25, 0.5), index)
+
+
+def test_an_error_of_the_window_leaves_unsaved_scenes_in_files(folder: Path) -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "open two.npy")
+    with pytest.raises(RuntimeError) as ended, rescue.rescuing(desk):
+        raise RuntimeError("OpenGL: GL_OUT_OF_MEMORY")
+    path = folder / "state/texvol/rescued/one-1.toml"
+    assert ended.value.__notes__ == [f"texvol: the unsaved scene is in {path}, and among the recent files"]
+    assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
+    assert recent.files()[0].path == str(path)
 
 
 def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -> None:
