@@ -160,7 +160,7 @@ def test_what_another_scene_replaces_comes_back_with_its_view_and_history() -> N
     assert second is not first and "undo (ctrl-z) returns to one.npy" in said(desk)
     desk.change(background=BLUE)
     assert done(desk, "undo") is second and not second.history.past
-    assert done(desk, "undo") is first and "one.npy again" in said(desk)
+    assert done(desk, "undo") is first and "one.npy again" in said(desk) and "opened two.npy" not in said(desk)
     assert first.scene.background == GREEN and first.view == turned and first.unsaved
     assert done(desk, "undo").scene.background == RED
     assert done(desk, "redo", "redo") is second and second.scene.background != BLUE
