@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from numpy.typing import NDArray
 
 from texvol.annotation import Annotation, annotate
@@ -36,8 +34,9 @@ class _Measures:
 
     def __init__(self, document: Document) -> None:
         own = document.showing.annotation
-        none = replace(own, **{name: False for name in ("box", "axes", "orientation", "legend", "scale_bar")})
-        self._annotation: Annotation = replace(none, title=None, measures=document.measures)
+        self._annotation = Annotation(
+            measures=document.measures, color=own.color, font_size=own.font_size, font=own.font
+        )  # fmt: skip
         self._scene = document.scene
 
     def __call__(self, picture: NDArray) -> NDArray:

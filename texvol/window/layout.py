@@ -7,7 +7,7 @@ slices go through one point of the world, the crosshair; they have one zoom, and
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -27,18 +27,8 @@ _GAP = 2.0  # window coordinates at scale 1
 _COLUMN = 0.3  # width of the column beside the large view, of the area's width
 _WIDEST = 1.3  # width of a view in the column, of its height
 _ZOOMS = 0.25, 64.0
-
-
-class _Look(NamedTuple):
-    """What the slices of one document show; the attributes of Layout with these names."""
-
-    volumes: tuple[Volume, ...]
-    volume: Volume | None
-    slices: dict[str, Slice]
-    index: NDArray[np.float64]
-    window: tuple[float, float]
-    zoom: float
-    middle: NDArray[np.float64] | None
+# What the slices of one document show.
+_OF_DOCUMENT = ("volumes", "volume", "slices", "index", "window", "zoom", "middle")
 
 
 @dataclass
@@ -95,7 +85,7 @@ class Layout:
     middle: NDArray[np.float64] | None = None
     hovered: Found | None = None
     views: dict[str, SliceView] = field(default_factory=dict)
-    _looks: WeakKeyDictionary[Any, _Look] = field(default_factory=WeakKeyDictionary)
+    _looks: WeakKeyDictionary[Any, dict[str, Any]] = field(default_factory=WeakKeyDictionary)
 
     def arrange(self, area: Viewport, scale: float, has_scene: bool, foot: float = 0.0) -> Viewport:
         """Divide the area among the views; return the rectangle of the 3D view.
@@ -128,8 +118,8 @@ class Layout:
     def turn_to(self, document: Any, before: Any) -> None:
         """Remember what slices show of the document before; show what they showed of `document`, if it was shown."""
         if before is not None:
-            self._looks[before] = _Look(*(getattr(self, name) for name in _Look._fields))
-        for name, part in self._looks[document]._asdict().items() if document in self._looks else ():
+            self._looks[before] = {name: getattr(self, name) for name in _OF_DOCUMENT}
+        for name, part in self._looks.get(document, {}).items():
             setattr(self, name, part)
 
     def follow(self, scene: Scene) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from texvol.util.errors import TexvolError
 from texvol.window import recent, saving
 from texvol.window.desk import Desk
+from texvol.window.document import Document
 from texvol.window.own_files import unused
 
 
@@ -30,11 +31,16 @@ def save(desk: Desk) -> list[str]:
     folder, found = recent.state_file().parent / "rescued", []
     for document in desk.documents:
         if document.unsaved:
-            stem = Path(document.name).name.split(".")[0] or "scene"
             with suppress(Exception):  # the error that ends the window is the one to be told
-                folder.mkdir(parents=True, exist_ok=True)
-                path = unused(str(folder / f"{stem}.toml"), lambda name, of=document: saving.files_of(name, of))
-                saving.save_scene(path, document, desk.layout.alone(desk.pixels))
-                recent.remember(path, None)
-                found.append(path)
+                found.append(_written(document, folder, desk.layout.alone(desk.pixels)))
     return found
+
+
+def _written(document: Document, folder: Path, size: tuple[int, int]) -> str:
+    """Write a scene into a folder, and return its file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    stem = Path(document.name).name.split(".")[0] or "scene"
+    path = unused(str(folder / f"{stem}.toml"), lambda name: saving.files_of(name, document))
+    saving.save_scene(path, document, size)
+    recent.remember(path, None)
+    return path

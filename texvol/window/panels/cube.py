@@ -142,7 +142,8 @@ def _fill(drawn: imgui.ImDrawList, points: list[Any], color: tuple[float, float,
     white = imgui.get_font_tex_uv_white_pixel()
     # Without a smooth rim, which has long tips on a face that is seen edge on: the lines of the border are smooth.
     drawn.prim_reserve(6, 4)
-    drawn.prim_quad_uv(*points, white, white, white, white, _color(color, shade))
+    first, second, third, fourth = points
+    drawn.prim_quad_uv(first, second, third, fourth, white, white, white, white, _color(color, shade))
 
 
 def _color(color: tuple[float, float, float], shade: float, opacity: float = 1.0) -> int:
