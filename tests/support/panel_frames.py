@@ -119,6 +119,7 @@ class StillDirector:
         self.pace, self.max_error, self.slicing = Pace(), 1 / 255, "stacks"
         self.accuracy = {"max_error": 1 / 255}
         self.pictures, self.refined, self.refining, self.at_rest = 1, 0.0, False, True
+        self.version = 1
 
     def again(self) -> None:
         """Refine nothing."""

@@ -70,6 +70,15 @@ def test_the_program_gets_a_png_of_the_picture(desk: Desk, tmp_path: Path, monke
     assert (tmp_path / "words").read_text() == "-selection clipboard -t image/png -i\n"
 
 
+def test_what_is_measured_is_in_the_copied_picture(desk: Desk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program(tmp_path, f"cat > {tmp_path}/pasted.png")
+    monkeypatch.setenv("PATH", f"{tmp_path}/bin:{os.environ['PATH']}")
+    done(desk, "measure ruler 0,0,0 6,5,4", "copy")
+    assert copied(desk).endswith("copied the picture, 60 x 40 pixels")
+    pasted = eight_bits(tmp_path / "pasted.png")
+    assert 20 < (pasted.max(axis=2) > 100).sum() < 600, "a line and a number, over a black picture"
+
+
 def test_without_a_program_the_message_says_what_to_install(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "/nowhere")
     done(desk, "copy")

@@ -193,6 +193,11 @@ def test_recent_files_are_read_as_they_were(tmp_path: Path, monkeypatch: pytest.
     assert recent.files() == [found, other], "the same again is the same entry"
 
 
+def test_recent_files_are_called_without_their_time_step() -> None:
+    further = {"file": "b.nii", "channel": 1, "time": 3}
+    assert Recent("/a.nii", {"time": 0, "channel": 2, "add": [further]}).text == "a.nii, channel 2 + b.nii, channel 1"
+
+
 def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     recent.remember("volume", Scene(Volume(np.zeros((2, 2, 2)))))
@@ -202,9 +207,9 @@ def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: 
 def test_channels_of_one_file_are_told_apart() -> None:
     name = "/somewhere/xyzc_16bit__dna_conf_wf.tif"
     one, two = (Volume(np.zeros((2, 2, 2)), name=name, source={"path": name, "channel": n}) for n in (0, 1))
-    assert volume_called(one) == "xyzc_16bit__dna_conf_wf.tif, channel 0"
+    assert volume_called(one) == "channel 0, xyzc_16bit__dna_conf_wf.tif"
     short = [volume_called(each, 12) for each in (one, two)]
-    assert short == ["xyzc_1…f.tif, channel 0", "xyzc_1…f.tif, channel 1"]
+    assert short == ["channel 0, xyzc_1…f.tif", "channel 1, xyzc_1…f.tif"]
 
 
 @given(st.text(max_size=30), st.integers(1, 30))

@@ -32,10 +32,23 @@ def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> No
             texture = imgui.ImTextureRef(textures.get("picture", 1, lambda: pictured))
             drawn.add_image(texture, imgui.ImVec2(20, 10), imgui.ImVec2(24, 15))
             drawn.add_text(imgui.ImVec2(28, 8), 0xFF_FF_FF_FF, "o")
+            # A texture that a list of the frame names stays until that is drawn, though another one replaces it.
+            for key, shape in ((1, (3, 3, 3)), (2, (2, 2, 3))):
+                pixels = np.full(shape, 10 * key, np.uint8)
+                number = textures.get("replaced", key, lambda pixels=pixels: pixels)
+                drawn.add_image(imgui.ImTextureRef(number), imgui.ImVec2(40 * key - 40, 28), imgui.ImVec2(40, 30))
             screen.clear((0.0, 0.0, 1.0))
             interface.end()
+            textures.drawn()
             screen.check()
         seen = screen.read().astype(int)
+        for event, is_quick in (
+            (Event("move", 5, 5), True), (Event("button", name="left", down=True), False), (Event("move", 8, 5), False),
+            (Event("move", 12, 5), True),
+        ):  # fmt: skip
+            interface.begin([event])
+            interface.end()
+            assert (imgui.get_style().hover_delay_short < 1) == is_quick, "a press hides tooltips"
         interface.close()
     finally:
         screen.close()
@@ -46,7 +59,8 @@ def test_rectangles_pictures_and_letters_are_in_their_places(backend: str) -> No
     assert letter[..., 0].max() > 128
     assert (letter[..., 2] == 255).all()  # white over blue
     rest = np.ones((32, 48), bool)
-    rest[3:8, 2:12] = rest[10:15, 20:24] = rest[8:24, 28:40] = False
+    rest[3:8, 2:12] = rest[10:15, 20:24] = rest[8:24, 28:40] = rest[28:30, :40] = False
+    assert (seen[28:30, :40] == 10).all()
     assert (seen[rest] == (0, 0, 255)).all()
 
 

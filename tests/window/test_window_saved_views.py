@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 from support.desks import SIZE, desk_with, done, said
+from support.panel_frames import StillDirector
 
 from texvol.scene.orbit import Turn
 from texvol.scene.tour import SavedView, Tour
 from texvol.util.errors import InputError
-from texvol.window import motion, saved_views, saving
+from texvol.window import exporting, film_accuracy, motion, saved_views, saving
 from texvol.window.desk import Desk
 from texvol.window.jobs import Answer
 from texvol.window.navigation import View, orbit
@@ -201,6 +203,28 @@ def test_small_pictures_are_drawn_while_their_list_is_shown_and_once_for_each_sc
     small.get(document.tour.views[0])
     small.step(document, director)
     assert set(small.pictures) == {document.tour.views[0].camera}
+
+
+def test_a_film_has_an_error_of_its_own_and_says_before_how_long_it_takes(desk: Desk) -> None:
+    document, orders = desk.document, []
+    assert document is not None
+    desk.director = director = cast(Any, StillDirector())
+    desk.write = lambda _, **job: orders.append(job)  # type: ignore[method-assign]
+    exporting.film(desk, document, "turn-%d.png", (8, 8), 4, 30.0)
+    assert orders[0]["accuracy"]["max_error"] == pytest.approx(4 / 255)
+    size = (600, 400)
+    assert film_accuracy.seconds(desk, document, size, 100) is None, "of a driver that is not known"
+    known = {"renderer": "llvmpipe", "thickness": 0.01, "classification": "post"}
+    director.shown = replace(director.shown, metadata=known)
+    seconds = film_accuracy.seconds(desk, document, size, 100)
+    assert seconds is not None and seconds > 0
+    assert film_accuracy.seconds(desk, document, size, 200) == pytest.approx(2 * seconds)
+    desk.moving.film_error /= 100
+    exporting.film(desk, document, "longer-%d.png", size, 100, 30.0)
+    longer = desk.moving.forecasts["longer-%d.png"]
+    assert 5 * seconds < longer < 10 * seconds, "ten times the slabs, but no more pixels"
+    director.shown = replace(director.shown, state="refining")
+    assert film_accuracy.seconds(desk, document, size, 100) is None
 
 
 def test_a_film_says_how_long_it_will_take(desk: Desk) -> None:

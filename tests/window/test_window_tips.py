@@ -16,7 +16,7 @@ from texvol.scene.scene import MODES
 from texvol.window.browsing import Browser
 from texvol.window.commands import TABS
 from texvol.window.desk import Desk
-from texvol.window.panels import tips
+from texvol.window.panels import parts, tips
 from texvol.window.questions import Question
 from texvol.window.slices import NAMES
 
@@ -150,3 +150,44 @@ def test_units_are_no_part_of_a_name(label: str) -> None:
 
 def test_a_control_without_a_tooltip_has_none() -> None:
     assert tips.tip("plane 1") == ""
+
+
+def pressed(name: str) -> None:
+    """A key that is pressed and released in the next frames."""
+    for down in (True, False):
+        imgui.get_io().add_key_event(getattr(imgui.Key, name), down)
+
+
+def test_a_list_that_drops_down_hears_arrows_and_enter() -> None:
+    names, position, seen = ("one", "two", "three"), 1, []
+    with headless():
+        for key in ("", "down_arrow", "down_arrow", "up_arrow", "home", "end", "home", "enter"):
+            if key:
+                pressed(key)
+            for frame in range(2):
+                imgui.new_frame()
+                imgui.begin("panel")
+                if not key and not frame:
+                    imgui.open_popup("list")
+                if imgui.begin_popup("list"):
+                    position, chosen = parts.listed(names, position)
+                    imgui.end_popup()
+                imgui.end()
+                imgui.end_frame()
+                if not frame:
+                    seen.append((names[position], chosen))
+        assert not imgui.is_popup_open("list", imgui.PopupFlags_.any_popup)
+    found = [name for name, _ in seen]
+    assert found == ["two", "three", "three", "two", "one", "three", "one", "one"]
+    assert [chosen for _, chosen in seen] == [False] * 7 + [True]
+
+
+def test_a_text_that_is_too_wide_keeps_its_beginning_and_its_end() -> None:
+    with headless():
+        imgui.new_frame()
+        for width in (10.0, 60.0, 120.0, 1e4):
+            text = parts.fitting("a rather long name of a file.nii.gz", width)
+            assert imgui.calc_text_size(text).x <= width
+            assert width < 60 or (text[0], text[-1]) == ("a", "z")
+            assert ("…" in text) == (10 < width < 1e4)
+        imgui.end_frame()

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
 
-from texvol.window import opening, own_files, replaced
+from texvol.window import opening, own_files, recent, replaced, rescue
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
 from texvol.window.events import Event
 from texvol.window.jobs import Answer
 from texvol.window.navigation import orbit
 from texvol.window.questions import CANCEL, Question
+from texvol.window.steering import Viewport
 
 RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
@@ -159,7 +160,7 @@ def test_what_another_scene_replaces_comes_back_with_its_view_and_history() -> N
     assert second is not first and "undo (ctrl-z) returns to one.npy" in said(desk)
     desk.change(background=BLUE)
     assert done(desk, "undo") is second and not second.history.past
-    assert done(desk, "undo") is first and "one.npy again" in said(desk)
+    assert done(desk, "undo") is first and "one.npy again" in said(desk) and "opened two.npy" not in said(desk)
     assert first.scene.background == GREEN and first.view == turned and first.unsaved
     assert done(desk, "undo").scene.background == RED
     assert done(desk, "redo", "redo") is second and second.scene.background != BLUE
@@ -307,3 +308,48 @@ def test_a_drop_asks_and_says_that_the_scene_is_kept() -> None:
     assert asked(desk, "two.npy").notes == ("one.npy is kept: undo returns to it.",)
     keyed(desk, "enter")
     assert settled(desk).document is not None and desk.document.name == "two.npy"  # type: ignore[union-attr]
+
+
+def test_what_another_scene_replaces_comes_back_with_its_slices() -> None:
+    desk = desk_with("one.npy")
+    layout = desk.layout
+    assert desk.document is not None
+    layout.follow(desk.document.scene)
+    layout.step("axial", 2)
+    layout.zoom, layout.window = 3.0, (0.25, 0.5)
+    index = layout.index.tolist()
+    layout.follow(done(desk, "open two.npy").scene)
+    assert layout.zoom == 1.0 and layout.index.tolist() != index
+    layout.zoom = 2.0
+    for command, zoom in (("undo", 3.0), ("redo", 2.0), ("back", 3.0)):
+        layout.follow(done(desk, command).scene)
+        assert layout.zoom == zoom
+    assert (layout.window, layout.index.tolist()) == ((0.25, 0.5), index)
+
+
+def test_an_error_of_the_window_leaves_unsaved_scenes_in_files(folder: Path) -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "open two.npy")
+    with pytest.raises(RuntimeError) as ended, rescue.rescuing(desk):
+        raise RuntimeError("OpenGL: GL_OUT_OF_MEMORY")
+    path = folder / "state/texvol/rescued/one-1.toml"
+    assert ended.value.__notes__ == [f"texvol: the unsaved scene is in {path}, and among the recent files"]
+    assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
+    assert recent.files()[0].path == str(path)
+
+
+def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -> None:
+    desk = desk_with("one.npy")
+    layout, whole, clerk = desk.layout, Viewport(0, 0, 301, 201), writing(desk)
+    for mode in ("3D", "2x2", "axial", "3D"):
+        layout.become(mode)
+        desk.viewport = layout.arrange(whole, 1.0, True)
+        desk.pixels = round(2 * desk.viewport.width), round(2 * desk.viewport.height)
+        done(desk, "save")
+        (scene,) = folder.glob("*.toml")
+        assert 'size = "602x402"' in scene.read_text(), mode
+        assert recent.files()[0].path == str(scene), "it is found again"
+        done(desk, "picture")
+        assert clerk.jobs[0]["size"] == (602, 402), mode
+        desk.stop_writing()

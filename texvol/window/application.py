@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from texvol.formats.pictures import image
 from texvol.util import color, writing
 from texvol.util.errors import InputError
-from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, timings
+from texvol.window import closing, commands, exporting, freeing, kept, navigation, opening, panels, rescue, timings
 from texvol.window.desk import MOST_PANEL, PANEL_WIDTH, Desk
 from texvol.window.director import Director, Wanted
 from texvol.window.events import Event, Queue
@@ -106,14 +106,15 @@ class Application:
             pixels, make = self._desk.pixels, plan.open
             self._desk.load(plan.name, lambda: make(pixels), first=True)
         desk, has_begun = self._desk, False
-        while not self._over and not desk.wants_close:
-            plan.check()
-            self.frame()
-            if desk.document is None and desk.failed_first:
-                raise InputError(desk.failed_first)
-            if not has_begun and (plan.open is None or desk.document is not None):
-                has_begun = True
-                plan.begun(desk.document)
+        with rescue.rescuing(desk):
+            while not self._over and not desk.wants_close:
+                plan.check()
+                self.frame()
+                if desk.document is None and desk.failed_first:
+                    raise InputError(desk.failed_first)
+                if not has_begun and (plan.open is None or desk.document is not None):
+                    has_begun = True
+                    plan.begun(desk.document)
         if not desk.is_played:
             kept.keep(desk.preferences.width, self._size_to_keep(), kept.views_of(desk))
         if plan.timings:
@@ -153,6 +154,8 @@ class Application:
         screen.clear(panels.BEHIND)
         panels.picture(desk)
         self._interface.end()
+        if desk.textures is not None:
+            desk.textures.drawn()
         self._note(start, new)
         self._screenshots()
         screen.check()

@@ -21,6 +21,7 @@ from texvol.util.errors import InputError, TexvolError
 
 _WAYLAND = ("wl-copy", "--type", "image/png")
 _X11 = ("xclip", "-selection", "clipboard", "-t", "image/png", "-i")
+Finish = Callable[[NDArray], NDArray]
 _PATIENCE = 10.0  # seconds until the program has taken the picture
 
 
@@ -39,12 +40,12 @@ class Clipboard:
     wanted: bool = False
     outcome: list[tuple[str, bool]] = field(default_factory=list)
 
-    def start(self, pixels: NDArray[np.uint8], is_final: bool, wake: Callable[[], None]) -> None:
-        """Copy pixels on a thread, which calls `wake` when there is an outcome."""
+    def start(self, pixels: NDArray[np.uint8], is_final: bool, wake: Callable[[], None], finish: Finish) -> None:
+        """Copy pixels on a thread, which calls `wake` at the end; `finish` draws more into the picture."""
         self.wanted = False
 
         def work() -> None:
-            self.outcome.append(_copied(pixels, is_final))
+            self.outcome.append(_copied(pixels, is_final, finish))
             wake()
 
         threading.Thread(target=work, daemon=True, name="texvol clipboard").start()
@@ -66,21 +67,21 @@ def program() -> tuple[str, ...]:
     raise InputError(f"copying a picture needs the program {wanted}: install it, or save the picture (p)")
 
 
-def _copied(pixels: NDArray[np.uint8], is_final: bool) -> tuple[str, bool]:
+def _copied(pixels: NDArray[np.uint8], is_final: bool, finish: Finish) -> tuple[str, bool]:
     """Copy pixels; return a message, and True if it is of a fault."""
     try:
-        give(encoded(pixels), program())
+        give(encoded(pixels, finish), program())
     except (TexvolError, OSError, subprocess.SubprocessError) as error:
         return f"the picture was not copied: {' '.join(str(error).split())}", True
     height, width = pixels.shape[:2]
     return f"copied the picture, {width} x {height} pixels{'' if is_final else '; it was not final yet'}", False
 
 
-def encoded(pixels: NDArray[np.uint8]) -> bytes:
-    """Return a PNG of sRGB pixels, shape (height, width, 3)."""
+def encoded(pixels: NDArray[np.uint8], finish: Finish) -> bytes:
+    """Return a PNG of sRGB pixels, shape (height, width, 3), after `finish` has drawn into the linear picture."""
     linear = linear_from_srgb(pixels[..., :3] / np.float32(255)).astype(np.float32)
     opaque = np.concatenate([linear, np.ones_like(linear[..., :1])], axis=2)
-    return image.encoded("clipboard.png", opaque)
+    return image.encoded("clipboard.png", finish(opaque))
 
 
 def give(content: bytes, command: tuple[str, ...]) -> None:

@@ -128,7 +128,7 @@ def _projection(desk: Desk, document: Document, _: str) -> None:
 
 def _copy_command(desk: Desk, document: Document, _: str) -> None:
     def copy() -> None:
-        words = saving.command_line(document, desk.pixels, desk.accuracy)
+        words = saving.command_line(document, desk.layout.alone(desk.pixels), desk.accuracy)
         desk.copy(shlex.join(words))
         assert document.saved is not None
         desk.own.wrote(saving.files_of(document.saved.path, document))

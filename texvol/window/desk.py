@@ -264,7 +264,6 @@ class Desk:
         before = self.document
         self.own.learn(document.marks)
         self._show(document)
-        self.messages = [each for each in self.messages if not each.is_fault]
         if before is not None:
             self.replaced.open(before)
             self.say(f"opened {document.name}; undo (ctrl-z) returns to {before.name}")
@@ -272,8 +271,10 @@ class Desk:
         recent.remember(name, None if name == document.origin.scene_file else document.scene)
 
     def _show(self, document: Document) -> None:
+        self.layout.turn_to(document, self.document)
         self.document = document
         self.panel_state.clear()
+        self.messages.clear()  # they were of the document before
         self.questions = [each for each in self.questions if not each.of_scene]
 
     def step(self, *, back: bool, whole: bool = False) -> None:

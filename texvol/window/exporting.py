@@ -11,7 +11,7 @@ from typing import Any
 from texvol.formats.pictures import image
 from texvol.scene.orbit import Turn
 from texvol.scene.tour import Tour
-from texvol.window import own_files, saving
+from texvol.window import film_accuracy, own_files, recent, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.questions import Question
@@ -24,9 +24,12 @@ def scene(
     path = path or saving.scene_name(document)
 
     def write(chosen: str) -> None:
-        if desk.attempt(lambda: saving.save_scene(chosen, document, desk.pixels)):
+        if desk.attempt(lambda: saving.save_scene(chosen, document, desk.layout.alone(desk.pixels))):
             desk.own.wrote(saving.files_of(chosen, document))
             document.origin = replace(document.origin, scene_file=chosen)
+            desk.panel_state.pop("recent", None)
+            if asks:  # else a script has saved it
+                recent.remember(chosen, None)
             desk.say(f"saved {Path(chosen).resolve()}")
             then()
 
@@ -39,8 +42,8 @@ def scene(
 
 
 def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int] | None = None) -> None:
-    """Have a picture written, by default of the size in the window."""
-    path, wanted = path or saving.default_name(document, ".png"), size or desk.pixels
+    """Have a picture written, by default of the size that the 3D view has alone."""
+    path, wanted = path or saving.default_name(document, ".png"), size or desk.layout.alone(desk.pixels)
     accuracy = desk.accuracy if wanted == desk.pixels else desk.director.accuracy
 
     def write(chosen: str) -> None:
@@ -70,7 +73,10 @@ def film(
             course.cameras(1)
 
     def write(chosen: str) -> None:
-        accuracy = desk.director.accuracy
+        accuracy = film_accuracy.accuracy(desk)
+        seconds = film_accuracy.seconds(desk, document, size, views)
+        if seconds is not None:
+            desk.moving.forecasts[chosen] = seconds
         job = {"size": size, "accuracy": accuracy, "path": chosen, "views": views, "course": course, "fps": fps}
         desk.write(document, kind="film", **job)
 

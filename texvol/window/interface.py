@@ -10,12 +10,15 @@ from pathlib import Path
 from typing import Any
 
 import imgui_bundle
+import numpy as np
 from imgui_bundle import imgui, implot
 
 from texvol.window.events import BUTTONS, Event
 from texvol.window.home import Home
 
 FONT_SIZE = 15.0
+_TIP_DELAY = 0.15  # seconds until a tooltip is shown
+_AWAY = 6.0  # window coordinates at scale 1: the mouse has left the place of a press
 _FONT = Path(imgui_bundle.__file__).parent / "assets/fonts/DroidSans.ttf"
 
 # Dear ImGui's names of keys that differ from GLFW's names.
@@ -47,6 +50,7 @@ class Interface:
         if _FONT.exists():
             io.fonts.add_font_from_file_ttf(str(_FONT), FONT_SIZE)
         self.scale = 0.0
+        self._pressed: tuple[float, float] | None = None  # where the mouse was pressed and stays
         self._before = screen.time
 
     def begin(self, events: Sequence[Event]) -> None:
@@ -63,8 +67,20 @@ class Interface:
         self._before = now
         for event in events:
             _feed(io, event)
+            self._hush(event)
         self._drawing.begin()
         imgui.new_frame()
+
+    def _hush(self, event: Event) -> None:
+        """Show no tooltip after a press until the mouse has moved away: it would cover what has been switched on."""
+        if event.kind == "button" and event.down:
+            position = imgui.get_io().mouse_pos
+            self._pressed = (position.x, position.y)
+        elif event.kind == "move" and self._pressed is not None:
+            x, y = self._pressed
+            if np.hypot(event.x - x, event.y - y) > _AWAY * self.scale:
+                self._pressed = None
+        imgui.get_style().hover_delay_short = _TIP_DELAY if self._pressed is None else np.inf
 
     def end(self) -> None:
         """Draw the frame."""
@@ -138,6 +154,7 @@ _COLORS = {
     "tab": (0.16, 0.18, 0.20, 1.0),
     "tab_hovered": (0.28, 0.38, 0.50, 1.0),
     "tab_selected": (0.23, 0.33, 0.45, 1.0),
+    "plot_histogram": (0.28, 0.50, 0.76, 1.0),
     "title_bg_active": (0.16, 0.20, 0.25, 1.0),
     "modal_window_dim_bg": (0.0, 0.0, 0.0, 0.45),
 }

@@ -7,6 +7,8 @@ slices go through one point of the world, the crosshair; they have one zoom, and
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +27,8 @@ _GAP = 2.0  # window coordinates at scale 1
 _COLUMN = 0.3  # width of the column beside the large view, of the area's width
 _WIDEST = 1.3  # width of a view in the column, of its height
 _ZOOMS = 0.25, 64.0
+# What the slices of one document show.
+_OF_DOCUMENT = ("volumes", "volume", "slices", "index", "window", "zoom", "middle")
 
 
 @dataclass
@@ -81,6 +85,7 @@ class Layout:
     middle: NDArray[np.float64] | None = None
     hovered: Found | None = None
     views: dict[str, SliceView] = field(default_factory=dict)
+    _looks: WeakKeyDictionary[Any, dict[str, Any]] = field(default_factory=WeakKeyDictionary)
 
     def arrange(self, area: Viewport, scale: float, has_scene: bool, foot: float = 0.0) -> Viewport:
         """Divide the area among the views; return the rectangle of the 3D view.
@@ -103,6 +108,19 @@ class Layout:
     def swap(self, name: str) -> None:
         """Make a view the large one; if it is, make all views of one size."""
         self.large = "" if self.large == name else name
+
+    def alone(self, pixels: tuple[int, int]) -> tuple[int, int]:
+        """Return the pixels that the 3D view has without slices beside it, if it has `pixels` now."""
+        now = self.rectangles.get(PICTURE, self.area)
+        right, down = pixels[0] * self.area.width / now.width, pixels[1] * self.area.height / now.height
+        return max(round(right), 1), max(round(down), 1)
+
+    def turn_to(self, document: Any, before: Any) -> None:
+        """Remember what slices show of the document before; show what they showed of `document`, if it was shown."""
+        if before is not None:
+            self._looks[before] = {name: getattr(self, name) for name in _OF_DOCUMENT}
+        for name, part in self._looks.get(document, {}).items():
+            setattr(self, name, part)
 
     def follow(self, scene: Scene) -> None:
         """Take over the scene's first volume.

@@ -62,6 +62,10 @@ class Moving:
         Turn of films and previews.
     films_tour : bool
         True if films go through the saved views, False if they turn.
+    film_error : float
+        Error that the first picture of a film may have, from 0 to 1.
+    forecasts : dict
+        Seconds that films are expected to take, by their paths.
     left : TimeLeft
         Estimate of the time that is left of writing a file.
     """
@@ -72,5 +76,7 @@ class Moving:
     dragged: bool = False
     turn: Turn = field(default_factory=Turn)
     films_tour: bool = False
+    film_error: float = 4 / 255  # no longer seen in a film that is compressed
     thumbnails: Thumbnails = field(default_factory=Thumbnails)
+    forecasts: dict[str, float] = field(default_factory=dict)
     left: TimeLeft = field(default_factory=TimeLeft)

@@ -24,10 +24,17 @@ def called(path: str, how: Mapping[str, Any]) -> str:
 
 
 def volume_called(volume: Volume, most: int = 0) -> str:
-    """Return a volume's displayed name; a file name of more than `most` letters is shortened, unless `most` is 0."""
-    how = how_read(volume.source)
+    """Return a volume's displayed name, that of its channel first if it has one.
+
+    A file name of more than `most` letters is shortened, unless `most` is 0.
+    """
+    how, channel = how_read(volume.source), volume.channel
     name = os.path.basename(os.path.normpath(volume.name)) or volume.name
-    return called(shortened(name, most) if most else name, how)
+    name = shortened(name, most) if most else name
+    number = how.pop("channel", None if channel is None else channel.number)
+    if number is None:
+        return called(name, how)
+    return f"{channel.name if channel and channel.name else f'channel {number}'}, {called(name, how)}"
 
 
 def shortened(text: str, most: int) -> str:

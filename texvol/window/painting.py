@@ -244,6 +244,7 @@ class JobRunner:
             "settings": settings,
             "seconds": time.perf_counter() - start,
             "slabs": stacks.slab_count,
+            "thickness": thickness,
             "modelled": modelled(scene),
             "classification": job.scene.classification,
             "renderer": self._renderer.renderer_name,

@@ -35,9 +35,10 @@ class Recent:
 
     @property
     def text(self) -> str:
-        """Displayed name."""
-        further = (called(each["file"], each) for each in self.how.get("add", ()))
-        return " + ".join([called(self.path, self.how), *further])
+        """Displayed name, without the time step: the window has a slider for it."""
+        named = [(self.path, self.how), *((each["file"], each) for each in self.how.get("add", ()))]
+        hows = ({key: value for key, value in how.items() if key != "time"} for _, how in named)
+        return " + ".join(called(path, how) for (path, _), how in zip(named, hows, strict=True))
 
     @property
     def options(self) -> dict[str, Any]:

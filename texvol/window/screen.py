@@ -263,6 +263,7 @@ class Textures:
         self._home = home
         self.gl = home.gl
         self._textures: dict[str, tuple[Any, Any]] = {}  # key, and texture
+        self._replaced: list[Any] = []  # textures that lists of this frame may name
 
     @property
     def target(self) -> Any:
@@ -286,7 +287,7 @@ class Textures:
             components = further[0] if further else 1
             if texture is None or (texture.size, texture.components) != ((width, height), components):
                 if texture is not None:
-                    texture.release()
+                    self._replaced.append(texture)
                 texture = self.gl.texture((width, height), components, alignment=1)
                 texture.repeat_x = texture.repeat_y = False
                 texture.swizzle = "RRR1" if components == 1 else texture.swizzle
@@ -295,6 +296,11 @@ class Textures:
             texture.write(np.ascontiguousarray(pixels), alignment=1)
             self._textures[name] = key, texture
         return texture
+
+    def drawn(self) -> None:
+        """Release the textures that others have replaced; call it after a frame is drawn."""
+        while self._replaced:
+            self._replaced.pop().release()
 
 
 def enlarged(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:

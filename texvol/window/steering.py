@@ -30,7 +30,7 @@ class Binding(NamedTuple):
 BINDINGS = (
     Binding(("f1", "shift+slash", "slash"), "help", "show or hide this page"),
     Binding(("tab",), "panels", "show or hide the panels"),
-    Binding(("r", "home"), "reset", "reset to the view of `texvol render`"),
+    Binding(("r", "home"), "reset", "reset to the view of texvol render"),
     Binding(("f",), "frame", "show the whole volume from this direction"),
     Binding(("o",), "projection", "orthographic or perspective"),
     Binding(("t",), "turning", "turn on a turntable or freely"),

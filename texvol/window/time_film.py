@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from texvol.window import exporting, own_files
+from texvol.window import exporting, film_accuracy, own_files
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 
@@ -20,7 +20,7 @@ def film(desk: Desk, document: Document, path: str, size: tuple[int, int], rate:
         film_formats.check_rate(path, fps)
 
     def write(chosen: str) -> None:
-        accuracy = desk.director.accuracy
+        accuracy = film_accuracy.accuracy(desk)
         desk.write(document, kind="steps", size=size, accuracy=accuracy, path=chosen, views=count, fps=fps)
 
     if desk.attempt(check):

@@ -92,8 +92,8 @@ def picture(desk: Desk) -> None:
     elif shown is not None and desk.textures is not None:
         texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
         imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
+    planes.draw(desk)  # first: slices would hide the grips
     grips.draw(desk)
-    planes.draw(desk)
     measure_marks.draw(desk)
     cube.draw(desk)
     slices.mark(desk)

@@ -21,6 +21,7 @@ _MARGIN = 60.0  # from the picture's corner to the cube's middle
 _BUTTONS = 28.0  # height of the buttons of the layout, which are in that corner beside slices
 _REACH = 46.0  # radius of the cube with its corners
 _LEAST = 260.0  # of the picture's sides: in a smaller picture the cube would cover too much
+_LEGEND = 0.25  # of the picture's height, from where on the legend has the right border
 _CLICK = 4.0  # a mouse that moves less than this, in window coordinates, has clicked
 _FACE, _LINE, _LETTER = (0.86, 0.88, 0.91), (0.30, 0.33, 0.38), (0.10, 0.12, 0.16)
 _PICKED = (0.40, 0.70, 1.0)
@@ -99,8 +100,12 @@ def _shows(desk: Desk) -> bool:
 def _place(desk: Desk) -> tuple[tuple[float, float], float]:
     """Return the cube's middle and half of its edge, in window coordinates."""
     scale, viewport = parts.scale(), desk.viewport
-    down = _MARGIN + (_BUTTONS if desk.layout.shown else 0.0)
-    return (viewport.x + viewport.width - _MARGIN * scale, viewport.y + down * scale), _EDGE * scale
+    down = (_MARGIN + (_BUTTONS if desk.layout.shown else 0.0)) * scale
+    right = viewport.width - _MARGIN * scale
+    assert desk.document is not None
+    if desk.document.showing.annotation.legend and down + _REACH * scale > _LEGEND * viewport.height:
+        right = _MARGIN * scale  # the other corner, where it does not cover the legend
+    return (viewport.x + right, viewport.y + down), _EDGE * scale
 
 
 def _at(desk: Desk, point: tuple[float, float]) -> Pick | None:
@@ -134,8 +139,11 @@ def _points(positions: NDArray[np.float64], middle: tuple[float, float], edge: f
 
 
 def _fill(drawn: imgui.ImDrawList, points: list[Any], color: tuple[float, float, float], shade: float) -> None:
+    white = imgui.get_font_tex_uv_white_pixel()
+    # Without a smooth rim, which has long tips on a face that is seen edge on: the lines of the border are smooth.
+    drawn.prim_reserve(6, 4)
     first, second, third, fourth = points
-    drawn.add_quad_filled(first, second, third, fourth, _color(color, shade))
+    drawn.prim_quad_uv(first, second, third, fourth, white, white, white, white, _color(color, shade))
 
 
 def _color(color: tuple[float, float, float], shade: float, opacity: float = 1.0) -> int:

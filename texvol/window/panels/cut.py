@@ -41,7 +41,7 @@ def _crop(desk: Desk, document: Document) -> None:
         for axis, name in enumerate("xyz"):
             low, high = limits[axis]
             shown = max(ranges[axis][0], low), min(ranges[axis][1], high)
-            if (wanted := parts.ends(name, shown, low, high)) != shown:
+            if (wanted := parts.ends(f"{name}##crop", shown, low, high)) != shown:
                 ranges[axis] = wanted
         desk.change("crop", crop=tuple(ranges))
 

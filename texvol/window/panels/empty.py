@@ -45,7 +45,8 @@ def recently(desk: Desk, most: int) -> None:
         imgui.separator_text("Recent")
     for number, each in enumerate(state["recent"][:most]):
         imgui.push_id(number)
-        if imgui.selectable(each.text, False)[0]:
+        # The name of the row is that of its number: two files may be called the same, once shortened.
+        if imgui.selectable(parts.fitting(each.text, imgui.get_content_region_avail().x), False)[0]:
             opening.open_file(desk, each.path, each.options)
         imgui.set_item_tooltip(f"{each.path}\n{each.text}" if each.how else each.path)
         imgui.pop_id()

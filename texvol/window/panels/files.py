@@ -100,7 +100,7 @@ def _saving(desk: Desk, document: Document) -> None:
 
 def _picture(desk: Desk, document: Document) -> None:
     state = desk.panel_state
-    size = state.get("picture size", desk.pixels)  # by default the size in the window
+    size = state.get("picture size", desk.layout.alone(desk.pixels))  # by default that of the 3D view without slices
     changed, wanted = imgui.input_int2("pixels", [int(each) for each in size])
     imgui.set_item_tooltip("width and height of pictures and films")
     if changed:
@@ -108,6 +108,6 @@ def _picture(desk: Desk, document: Document) -> None:
     document.show(transparent=parts.switch("transparent background", document.showing.transparent))
     name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
     if imgui.button("save##picture"):
-        width, height = state.get("picture size", desk.pixels)
+        width, height = state.get("picture size", desk.layout.alone(desk.pixels))
         exporting.picture(desk, document, name, (width, height))
     imgui.set_item_tooltip("write the picture as it is at rest (p)")

@@ -10,7 +10,8 @@ from imgui_bundle import imgui
 from texvol.scene.orbit import Turn
 from texvol.scene.spaces import letters_of_space
 from texvol.scene.tour import Tour
-from texvol.window import exporting, motion
+from texvol.util.time_left import duration
+from texvol.window import exporting, film_accuracy, motion
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.panels import parts, writing
@@ -22,6 +23,7 @@ _AXES = {
 _DIRECTIONS = ("to the right", "to the left")
 _COURSES = ("turns of the camera", "the saved views")
 _MOST_TURNS = 100
+_ERRORS = 0.5, 16.0  # of films, in steps of 8 bits
 
 
 def show(desk: Desk, document: Document, name: Callable[[], str]) -> None:
@@ -43,7 +45,8 @@ def show(desk: Desk, document: Document, name: Callable[[], str]) -> None:
     if isinstance(course, Tour) and len(course.views) < 2:
         parts.note("Save two views or more in the View tab; the film goes through them.")
         return
-    parts.note(f"{views} pictures, {views / fps:.3g} s")
+    size = state.get("picture size", desk.layout.alone(desk.pixels))
+    cost(desk, document, size, views, fps)
     _preview(desk, document, course)
     path = name()
     if desk.writing is not None:
@@ -52,9 +55,18 @@ def show(desk: Desk, document: Document, name: Callable[[], str]) -> None:
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
         return
     if imgui.button("save##film"):
-        width, height = state.get("picture size", desk.pixels)
-        exporting.film(desk, document, path, (width - width % 2, height - height % 2), views, fps, course)
+        exporting.film(desk, document, path, (size[0] - size[0] % 2, size[1] - size[1] % 2), views, fps, course)
     imgui.set_item_tooltip("write a film (MP4, GIF), or numbered pictures such as view_%03d.png")
+
+
+def cost(desk: Desk, document: Document, size: tuple[int, int], pictures: int, fps: float) -> None:
+    """Show the error of a film's pictures, how long the film is, and how long it takes to be written."""
+    steps = desk.moving.film_error * 255
+    wanted = parts.slider("error of films (/255)", steps, *_ERRORS, "%.2g")
+    desk.moving.film_error = desk.moving.film_error if wanted == steps else wanted / 255
+    seconds = film_accuracy.seconds(desk, document, size, pictures)
+    writing_it = "" if seconds is None else f"; {duration(seconds)} or so to write"
+    parts.note(f"{pictures} pictures, {pictures / fps:.3g} s{writing_it}")
 
 
 def _turn(turn: Turn, document: Document) -> Turn:

@@ -7,7 +7,7 @@ from imgui_bundle import imgui
 from texvol.window import saving, time_film
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.panels import parts
+from texvol.window.panels import film, parts
 
 
 def show(desk: Desk, document: Document) -> None:
@@ -23,6 +23,8 @@ def show(desk: Desk, document: Document) -> None:
     imgui.set_item_tooltip("time steps per second of a film; numbered pictures have none")
     if 0.1 <= fps <= 1000:
         state["time fps"] = fps
+    size = desk.panel_state.get("picture size", desk.layout.alone(desk.pixels))
+    film.cost(desk, document, size, desk.times.count, fps)
     imgui.set_next_item_width(-110 * parts.scale())
     _, state["time film name"] = imgui.input_text("##name", state["time film name"])
     imgui.set_item_tooltip("MP4, GIF, or numbered pictures such as step_%03d.png")
@@ -43,7 +45,7 @@ def _save(desk: Desk, document: Document, fps: float) -> None:
             desk.stop_writing()
         imgui.set_item_tooltip("stop writing; what waits to be written is dropped as well")
     elif imgui.button("save"):
-        width, height = desk.panel_state.get("picture size", desk.pixels)
+        width, height = desk.panel_state.get("picture size", desk.layout.alone(desk.pixels))
         size = max(width - width % 2, 2), max(height - height % 2, 2)
         time_film.film(desk, document, desk.panel_state["time film name"], size, fps)
     else:

@@ -14,8 +14,9 @@ _PLAIN = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.W
 _PLAIN |= imgui.WindowFlags_.no_nav | imgui.WindowFlags_.no_focus_on_appearing
 _FAULT = imgui.ImVec4(1.0, 0.62, 0.52, 1.0)
 _ALPHA = 0.72
-_MARGIN, _AWAY = 10.0, 16.0  # window coordinates at scale 1, as are the next two
+_MARGIN, _AWAY = 10.0, 16.0  # window coordinates at scale 1, as are the next three
 _WIDEST, _WIDEST_PROBE = 560.0, 400.0
+_CELL = 8.0  # beside each text in the table of keys
 _MESSAGES = 3  # shown at once
 
 
@@ -77,6 +78,7 @@ def _texts(name: str, lines: list[tuple[str, bool]], width: float) -> None:
 
 _KEY_NAMES = {
     "slash": "?", "left_bracket": "[", "right_bracket": "]", "page_up": "page up", "page_down": "page down",
+    "comma": ",", "period": ".",
 }  # fmt: skip
 
 
@@ -108,12 +110,14 @@ def _wide(rows: list[tuple[str, str]]) -> float:
 def keys(desk: Desk) -> None:
     """Show the table of keys, in two columns if one column is too high and two columns fit; else it scrolls."""
     rows, style = _key_rows(), imgui.get_style()
+    imgui.push_style_var(imgui.StyleVar_.cell_padding, imgui.ImVec2(_CELL * parts.scale(), style.cell_padding.y))
     whole = imgui.get_io().display_size  # the table may cover the side panel
     line = imgui.get_text_line_height() + 2 * style.cell_padding.y
     margin = 2 * style.window_padding.x
     title = imgui.get_frame_height() + 2 * style.window_padding.y
     half = -(-len(rows) // 2)
-    both = _wide(rows[:half]) + _wide(rows[half:]) + margin
+    between = 2 * style.cell_padding.x  # an empty column
+    both = _wide(rows[:half]) + between + _wide(rows[half:]) + margin
     columns = 2 if title + line * len(rows) > whole.y and both <= whole.x else 1
     each = half if columns == 2 else len(rows)
     needed = title + line * each + style.item_spacing.y
@@ -125,15 +129,16 @@ def keys(desk: Desk) -> None:
     imgui.set_next_window_size(size)
     flags = imgui.WindowFlags_.no_collapse | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_resize
     _, stays = imgui.begin("Keys and mouse", True, flags)
-    if imgui.begin_table("keys", 2 * columns, imgui.TableFlags_.sizing_fixed_fit):
+    if imgui.begin_table("keys", 3 * columns - 1, imgui.TableFlags_.sizing_fixed_fit):
         for number in range(each):
             imgui.table_next_row()
-            for name, text in rows[number::each]:
-                imgui.table_next_column()
+            for half, (name, text) in enumerate(rows[number::each]):
+                imgui.table_set_column_index(3 * half)
                 imgui.text_colored(imgui.ImVec4(0.55, 0.78, 1.0, 1.0), name)
                 imgui.table_next_column()
                 imgui.text_unformatted(text)
         imgui.end_table()
     imgui.end()
+    imgui.pop_style_var()
     if not stays:
         commands.run(desk, "help")

@@ -58,6 +58,18 @@ def heard(events: list[Event]) -> list[Event]:
     return [each for each in events if each.kind != "key" or not each.down or "ctrl" in each.modifiers]
 
 
+def fitting(text: str, width: float) -> str:
+    """Return a text that is no wider; what is too much is left out in the middle."""
+    if imgui.calc_text_size(text).x <= width:
+        return text
+    for letters in range(len(text) - 1, 2, -1):
+        tail = letters // 2
+        shorter = f"{text[: letters - tail]}…{text[len(text) - tail :]}"
+        if imgui.calc_text_size(shorter).x <= width:
+            return shorter
+    return text[:1]
+
+
 def note(text: str) -> None:
     """Show a wrapped text in grey."""
     imgui.push_text_wrap_pos(0.0)
@@ -68,9 +80,31 @@ def note(text: str) -> None:
 def choice(label: str, current: str, names: Sequence[str]) -> str:
     """Show a drop-down list of names; return the chosen name."""
     position = names.index(current) if current in names else 0
-    _, chosen = imgui.combo(label, position, list(names))
+    if imgui.begin_combo(label, names[position], imgui.ComboFlags_.height_large):
+        position = listed(names, position)[0]
+        imgui.end_combo()
     tips.show(label)
-    return names[chosen]
+    return names[position]
+
+
+def listed(names: Sequence[str], position: int) -> tuple[int, bool]:
+    """Show the rows of an open list; return the number of the marked row, and True if it ends the list.
+
+    A click or Enter ends the list, as Escape does; arrows, home and end lead to other rows.
+    """
+    last, before = len(names) - 1, position
+    for key, by in (("up_arrow", -1), ("down_arrow", 1), ("home", -last), ("end", last)):
+        if imgui.is_key_pressed(getattr(imgui.Key, key)):
+            position = min(max(position + by, 0), last)
+    chosen = any(imgui.is_key_pressed(key, False) for key in (imgui.Key.enter, imgui.Key.keypad_enter))
+    if chosen or imgui.is_key_pressed(imgui.Key.escape, False):
+        imgui.close_current_popup()
+    for number, name in enumerate(names):
+        if imgui.selectable(name, number == position)[0]:
+            position, chosen = number, True
+        if number == position and (position != before or imgui.is_window_appearing()):
+            imgui.set_scroll_here_y()
+    return position, chosen
 
 
 def slider(label: str, value: float, low: float, high: float, text: str = "%.4g") -> float:

@@ -115,10 +115,13 @@ TIPS = {
     # Cut
     "crop box": "on or off; a box that is switched off comes back as it was",
     "caps: opaque cut surfaces": "cuts show the values on their surface",
-    "x": "the axis x",
-    "y": "the axis y",
-    "z": "the axis z",
-    "view": "perpendicular to the direction of view",
+    "x##crop": "ends of the box along x; drag one, or double-click to type",
+    "y##crop": "ends of the box along y; drag one, or double-click to type",
+    "z##crop": "ends of the box along z; drag one, or double-click to type",
+    "x": "a plane perpendicular to the axis x, through the middle",
+    "y": "a plane perpendicular to the axis y, through the middle",
+    "z": "a plane perpendicular to the axis z, through the middle",
+    "view": "a plane perpendicular to the direction of view, through the middle",
     "position": "distance of the plane from the middle of the box",
     # Slices
     "level": "value that is shown as middle grey",
@@ -141,6 +144,7 @@ TIPS = {
     # File
     "film of": "what the camera does in the film",
     "axis": "axis of the turns, through the point that the camera looks at",
+    "error of films": "greatest error of the first picture, in steps of 8 bits; a quarter takes twice as long",
     "turns": "how often the camera goes around",
     "camera goes": "direction of the turns",
     "transparent background": "picture files keep their opacity",

@@ -11,8 +11,8 @@ from texvol.scene.volume import Volume
 from texvol.window import commands, list_editing, opening, placing, volume_list
 from texvol.window.desk import Desk
 from texvol.window.document import Document
-from texvol.window.naming import called, how_read, volume_called
-from texvol.window.panels import icons, masks, parts, tips
+from texvol.window.naming import volume_called
+from texvol.window.panels import icons, masks, parts
 from texvol.window.tinting import tint_of
 from texvol.window.volume_list import Entry
 
@@ -87,41 +87,20 @@ def _head(desk: Desk, document: Document, found: list[Entry], number: int, acts:
     taken = "remove"
     room = imgui.calc_text_size(taken).x + 2 * imgui.get_style().frame_padding.x + imgui.get_style().item_spacing.x
     left = imgui.get_content_region_avail().x - room
-    name = _fitting(f"{number + 1}: {_called(volume)}", left)
+    name = parts.fitting(f"{number + 1}: {volume_called(volume)}", left)
     imgui.align_text_to_frame_padding()
     start = imgui.get_cursor_pos_x()
     if entry.shown:
         imgui.text_unformatted(name)
     else:
         imgui.text_disabled(name)
-    imgui.set_item_tooltip(f"{_called(volume)}\n{volume.source.get('absolute', volume.name)}")
+    imgui.set_item_tooltip(f"{volume_called(volume)}\n{volume.source.get('absolute', volume.name)}")
     imgui.same_line(start + left + imgui.get_style().item_spacing.x)
     imgui.begin_disabled(len(found) == 1)
     if imgui.button(taken):
         acts.append(lambda: list_editing.remove(desk, document, number))
     imgui.set_item_tooltip("take this volume out of the scene; undo brings it back")
     imgui.end_disabled()
-
-
-def _called(volume: Volume) -> str:
-    """Return the name of a volume, first that of its channel if it has one."""
-    channel = volume.channel
-    if channel is None:
-        return volume_called(volume)
-    how = {key: each for key, each in how_read(volume.source).items() if key != "channel"}
-    return f"{channel.name or f'channel {channel.number}'}, {called(volume.name, how)}"
-
-
-def _fitting(text: str, width: float) -> str:
-    """Return a text that is no wider; what is too much is left out in the middle."""
-    if imgui.calc_text_size(text).x <= width:
-        return text
-    for letters in range(len(text) - 1, 2, -1):
-        tail = letters // 2
-        shorter = f"{text[: letters - tail]}…{text[len(text) - tail :]}"
-        if imgui.calc_text_size(shorter).x <= width:
-            return shorter
-    return text[:1]
 
 
 def _color(desk: Desk, document: Document, number: int, entry: Entry, acts: list[Act]) -> None:
@@ -190,8 +169,13 @@ def _channels(desk: Desk, document: Document, found: list[Entry]) -> None:
     imgui.separator()
     names = ["add a channel …", *(f"{each.number} {each.name}".rstrip() for each in others)]
     imgui.set_next_item_width(-1)
-    changed, chosen = imgui.combo("##channel", 0, names)
+    marked, chosen = 0, False
+    if imgui.begin_combo("##channel", names[0], imgui.ComboFlags_.height_large):
+        if imgui.is_window_appearing():
+            desk.panel_state["channel marked"] = 0
+        marked, chosen = parts.listed(names, desk.panel_state.get("channel marked", 0))
+        desk.panel_state["channel marked"] = marked
+        imgui.end_combo()
     imgui.set_item_tooltip("further channels of the file of the first volume")
-    tips.show("##channel")
-    if changed and chosen > 0:
-        opening.add(desk, path, opening.like(volume) | {"channel": others[chosen - 1].number})
+    if chosen and marked > 0:
+        opening.add(desk, path, opening.like(volume) | {"channel": others[marked - 1].number})

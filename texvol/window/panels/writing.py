@@ -6,6 +6,7 @@ import os
 
 from imgui_bundle import imgui
 
+from texvol.util.time_left import duration
 from texvol.window.desk import Desk
 from texvol.window.panels import parts
 
@@ -28,7 +29,9 @@ def show(desk: Desk) -> None:
     imgui.begin("writing", None, flags | imgui.WindowFlags_.no_focus_on_appearing)
     waiting = f", {len(desk.orders)} more after it" if desk.orders else ""
     name = os.path.basename(desk.written) or "a file"
-    left = desk.moving.left.text(desk.now)
+    forecast = desk.moving.forecasts.get(desk.written)
+    # Nothing is known of the speed before the second picture of a film.
+    left = desk.moving.left.text(desk.now) or ("" if forecast is None else f"{duration(forecast)} or so")
     imgui.text_wrapped(f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else ""))
     style = imgui.get_style()
     button = imgui.calc_text_size("stop").x + 2 * style.frame_padding.x
