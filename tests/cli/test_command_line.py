@@ -140,6 +140,8 @@ def test_spacing_on_the_line_overrides(folder: Path, capsys: pytest.CaptureFixtu
 WRONG = [
     (["render"], "required"),
     (["paint", "v.npy"], "invalid choice"),
+    (["render", "v.npy", "--method", "cuberille"], "; render has no such option"),
+    (["render", "v.npy", "--siez", "3"], "did you mean '--size'?"),
     (["render", "v.npy"], "required: -o/--output"),
     (["render", "missing.npy", "-o", "a.png"], "missing.npy"),
     (["render", "v.npy", "-o", "a.bmp"], "a.bmp: the name of a picture must end with"),
