@@ -6,6 +6,9 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +62,19 @@ sys.exit(main(["--version"]))
 """
     process = _ended(code)
     assert (process.returncode, process.stdout, process.stderr) == (130, "", "texvol: interrupted\n")
+
+
+@pytest.mark.parametrize(
+    ("stop", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, termination.Terminated)]
+)
+def test_a_signal_is_heard_again_that_a_callback_has_dropped(stop: signal.Signals, raised: type[BaseException]) -> None:
+    """As of imports, whose locks have callbacks."""
+    with pytest.raises(raised), termination.heard(), termination.never_lost():
+        thing = threading.Lock()
+        dropping = weakref.ref(thing, lambda _: signal.raise_signal(stop))
+        del thing
+        assert dropping() is None
+        time.sleep(30)
 
 
 def test_a_signal_leaves_nothing_beside_what_is_being_written(folder: Path) -> None:

@@ -1,23 +1,28 @@
 """Signals that end a command: SIGTERM and SIGHUP raise an exception, as ctrl-C does, so that it can clean up.
 
-`postponed` keeps these exceptions out of code that they would leave broken.
+`postponed` keeps these exceptions out of code that they would leave broken, and `never_lost` raises them again where
+Python drops them.
 """
 
 from __future__ import annotations
 
+import _thread
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP)
+_LATER = 0.01  # seconds: raised at once, it would be dropped with the rest of the callback
 
 
 class Terminated(BaseException):
     """One of `SIGNALS` arrived; not an Exception, like KeyboardInterrupt, so that `except Exception` passes it on."""
 
     def __init__(self, number: int) -> None:
+        self.number = signal.Signals(number)
         super().__init__(f"ended by {signal.Signals(number).name}")
         self.status = 128 + number  # exit status as of a shell
 
@@ -35,6 +40,32 @@ def heard() -> Iterator[None]:
     finally:
         for each in ours:
             signal.signal(each, signal.SIG_DFL)
+
+
+@contextmanager
+def never_lost() -> Iterator[None]:
+    """Raise ctrl-C and `SIGNALS` again within this context if Python drops their exceptions.
+
+    It does so with whatever is raised in a destructor or in the callback of a weak reference, as imports have: a
+    command that is interrupted while its libraries load would go on as if nothing had been said.
+    """
+    before = sys.unraisablehook
+
+    def again(dropped: sys.UnraisableHookArgs) -> None:
+        if not isinstance(dropped.exc_value, KeyboardInterrupt | Terminated):
+            before(dropped)
+            return
+        number = signal.SIGINT
+        if isinstance(dropped.exc_value, Terminated):
+            number = dropped.exc_value.number
+            signal.signal(number, _raise)
+        threading.Timer(_LATER, _thread.interrupt_main, (number,)).start()
+
+    sys.unraisablehook = again
+    try:
+        yield
+    finally:
+        sys.unraisablehook = before
 
 
 @contextmanager
