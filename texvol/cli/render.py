@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from texvol.cli import courses
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
-from texvol.cli.common import add_backend, add_depth, add_device, check_outputs
+from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.cli.summary import reasons, summary
 from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.films import containers as film_formats
@@ -122,7 +122,6 @@ def _add_textures(group: Any) -> None:
         help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
     )  # fmt: skip
     add_backend(group)
-    add_device(group)
     group.add_argument(
         "--stats", type=texts.file_name, metavar="FILE.json", help="write settings, seconds and estimated error"
     )

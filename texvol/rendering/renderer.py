@@ -80,6 +80,7 @@ class Renderer:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
             raise InputError(f"texture_memory must be positive and finite, got {texture_memory:g} MB")
         self._context = open_context(backend, device)
+        self.device = self._context.device  # number of the device that was asked for
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
