@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from contextlib import redirect_stdout
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +13,7 @@ from support.small_pictures import backend_or_skip
 
 from texvol import Renderer
 from texvol.cli.command_line import main
-from texvol.opengl.contexts import devices, egl, listing, native, open_context, trial
+from texvol.opengl.contexts import described, devices, egl, listing, native, open_context, trial
 from texvol.opengl.contexts.devices import Device, Machine, chosen, hindrances, in_words
 from texvol.util.errors import ContextError, InputError
 
@@ -47,9 +45,7 @@ def two_devices(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def told_by_this_process(what: str, number: int | None = None) -> dict[str, Any]:
     """What the process of a device tells, by this process, which has other devices than the machine."""
-    with redirect_stdout(StringIO()) as said:
-        listing.tell(what, number)
-    return json.loads(said.getvalue())
+    return json.loads(json.dumps(described.answer(what, number)))
 
 
 @pytest.mark.usefixtures("two_devices")

@@ -36,7 +36,7 @@ UNLIT = fixed(NO_LIGHT)
 
 # Switches of what ends and begins rays, and of what is drawn.
 RAYS = {"PERSPECTIVE": EITHER, "HALF_SPACES": (0, 1, 3), "INTERVAL": EITHER, "CUE": EITHER, "COUNT": EITHER}
-_WHERE = {"BRICKS": EITHER, "SKIPS": EITHER}
+_WHERE = {"BRICKS": EITHER, "SKIPS": EITHER, "FETCHED": EITHER}
 _VALUES = {"RAMPS": (0, SOME, MANY), "EMISSIVE": (0, 1, 2), "MISSING": EITHER, "WEIGHTS": EITHER}
 _NOTHING = fixed(NOTHING_SPECIAL) | UNLIT
 # Distributions of values, see texvol/textures/spread_texture.py.
@@ -112,7 +112,8 @@ def shadow_blocks() -> Blocks:
     """Blocks of shadow.frag."""
     switches = fixed(NOTHING_SPECIAL) | _VALUES
     del switches["WHOLE_SLABS"]
-    common = switches | {"HALF_SPACES": RAYS["HALF_SPACES"], **dict.fromkeys(("POINT", "ELSEWHERE", "BRICKS"), EITHER)}
+    where = dict.fromkeys(("POINT", "ELSEWHERE", "BRICKS", "FETCHED"), EITHER)
+    common = switches | {"HALF_SPACES": RAYS["HALF_SPACES"], **where}
     # The picture's light wants gradients also where nothing else does.
     return [common | gradient for gradient in ({"GRADIENT": (0, 1, 2)}, *_graded("MODULATIONS", "GRADED", "CONTOURS"))]
 

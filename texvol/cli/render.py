@@ -42,7 +42,7 @@ _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
     *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
-    "level_error",
+    *("level_error", "interpolation"),
 )
 
 
@@ -100,6 +100,11 @@ def _add_textures(group: Any) -> None:
         "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto",
         help="texels of slab and extinction along an axis for a sample (1; auto for --classification auto); auto: as "
         "many as show, and fit",
+    )  # fmt: skip
+    group.add_argument(
+        "--interpolation", choices=("auto", "driver", "shader"), default="auto",
+        help="what interpolates texels: the driver, whose weights often have 8 bits, or the shader; auto: the driver, "
+        "but for a --max-error that such weights do not keep",
     )  # fmt: skip
     group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
     group.add_argument(

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing
+from texvol.opengl.filtering import COARSE, weights_error
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
@@ -40,7 +42,7 @@ class Compositor:
     under = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)  # factors of what is drawn, and of what is there already
 
     def __init__(self, context: Context, shaders: Path = FOLDER) -> None:
-        self._gl = context.gl
+        self._context, self._gl = context, context.gl
         self._programs = Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
@@ -60,6 +62,16 @@ class Compositor:
     def most_textures(self) -> int:
         """Largest number of textures of a drawing."""
         return int(self._gl.info["GL_MAX_TEXTURE_IMAGE_UNITS"])
+
+    @cached_property
+    def weights_error(self) -> float:
+        """Largest error of the weights with which the driver interpolates textures."""
+        return weights_error(self._context, self._programs)
+
+    @property
+    def has_coarse_weights(self) -> bool:
+        """True if the weights have too few digits for a fine picture, as on most graphics cards."""
+        return self.weights_error > COARSE
 
     @property
     def target(self) -> moderngl.Framebuffer:

@@ -47,7 +47,7 @@ def draw(compositor: Compositor, drawing: Drawing, brick: Brick, part: Numbers, 
     texel_scale = drawn.baked.uniforms(view.slab_thickness)["texel_scale"]
     uniforms = {"texel_scale": np.multiply(texel_scale, (*[drawing.color_scale] * 3, 1.0))}
     positions, projection = projected(polygons[..., :3], view, drawn.volume)
-    program = compositor.program("wilson", {}, "wilson.vert")
+    program = compositor.program("wilson", {"FETCHED": int(drawn.fetched)}, "wilson.vert")
     bind(program, {"texels": drawn.samplers(brick)["texels"]}, uniforms | projection)
     corners = np.concatenate([positions, polygons[..., 3:]], axis=2)
     blending = "add" if drawing.count else "under"

@@ -13,6 +13,7 @@ from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 
+INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
 # In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
 # With a coarser default it would be the largest error of every fine picture.
@@ -36,6 +37,7 @@ class Settings:
     level_error: float | None = None  # that coarser levels of its parts may have
     # Rectangles of the picture that are drawn, (x, y, width, height) in pixels from below, if not all of it is.
     regions: tuple[tuple[int, int, int, int], ...] | None = None
+    interpolation: str | None = None  # "shader" if eight texels are fetched for each sample; None: the driver's
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""
@@ -58,6 +60,7 @@ def settings_asked_for(
     early_termination: float | None,
     skip_empty: bool,
     slicing: Slicing,
+    interpolation: str = "auto",
 ) -> Settings:
     """Return the settings of arguments of `Renderer.render`; the thickness is NaN if an error is to decide it.
 
@@ -74,7 +77,8 @@ def settings_asked_for(
     wanted = checked(scene, *thickness)
     checked_formats = checked_format(formats[0]), checked_target(formats[1], scene.mode)
     termination = checked_termination(early_termination, thickness[2])
-    return Settings(wanted, *checked_formats, termination, skip_empty, slicing)
+    checked_slabs = wanted, *checked_formats, termination, skip_empty, slicing
+    return Settings(*checked_slabs, interpolation=checked_interpolation(interpolation))
 
 
 def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | None, max_error: float | None) -> float:
@@ -96,6 +100,19 @@ def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | N
         return float("nan")
     thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
     return min(thickness, 2 * scene.box.radius)  # the box is no thicker
+
+
+def checked_interpolation(interpolation: str) -> str | None:
+    """Return the argument as settings have it: "shader", or None for the driver.
+
+    Raises
+    ------
+    InputError
+        If it is none of `INTERPOLATIONS`.
+    """
+    if interpolation not in INTERPOLATIONS:
+        raise InputError(f"interpolation must be {', '.join(INTERPOLATIONS[:2])} or shader, got {interpolation!r}")
+    return "shader" if interpolation == "shader" else None
 
 
 def checked_format(texture_format: str) -> str:

@@ -20,7 +20,7 @@ import moderngl
 import numpy as np
 
 from texvol.opengl.contexts import native, trial
-from texvol.opengl.contexts.devices import Device, chosen, hindrances, number_of
+from texvol.opengl.contexts.devices import Device, chosen, hindrances, name_of, number_of, reason_of
 from texvol.opengl.contexts.egl import Egl
 from texvol.opengl.contexts.osmesa import OSMesa
 from texvol.util.errors import ContextError, InputError
@@ -191,8 +191,6 @@ def _open_device(device: int | str) -> Context:
     try:
         return _open(Egl, number)
     except ContextError as error:
-        from texvol.opengl.contexts.listing import name_of, reason_of
-
         reason = reason_of(str(error), number, strings[number])
         raise ContextError(f"device {number} ({name_of(strings[number])}) cannot be used: {reason}") from None
 

@@ -11,6 +11,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from glob import glob
 
+from texvol.opengl.contexts.egl import (
+    EGL_DRIVER_NAME,
+    EGL_DRM_DEVICE_FILE,
+    EGL_DRM_RENDER_NODE_FILE,
+    EGL_EXTENSIONS,
+    EGL_RENDERER,
+)
 from texvol.opengl.contexts.native import VERSION_NAME
 from texvol.util.errors import ContextError, InputError
 
@@ -59,9 +66,22 @@ def in_words(failure: str, files: Sequence[str] = ()) -> str:
     return failure if known is None else f"{known} ({failure})"
 
 
+def name_of(strings: Mapping[int, str]) -> str:
+    """Return the name of a device that cannot be opened."""
+    software = "software driver" if "EGL_MESA_device_software" in strings.get(EGL_EXTENSIONS, "") else ""
+    names = [strings.get(each) for each in (EGL_RENDERER, EGL_DRIVER_NAME, EGL_DRM_DEVICE_FILE)]
+    return next(filter(None, [*names, software]), "no name")
+
+
+def reason_of(failure: str, number: int, strings: Mapping[int, str]) -> str:
+    """Return in plain words why a device cannot be opened."""
+    files = [strings.get(each, "") for each in (EGL_DRM_DEVICE_FILE, EGL_DRM_RENDER_NODE_FILE)]
+    return in_words(failure.removeprefix(f"device {number}: "), files)
+
+
 @dataclass(frozen=True)
 class Machine:
-    """What is asked about a machine to find what keeps its graphics cards from drawing."""
+    """Files, libraries and variables of a machine, on which it depends if its graphics cards draw."""
 
     files: Callable[[str], list[str]] = glob
     may_use: Callable[[str], bool] = lambda path: os.access(path, os.R_OK | os.W_OK)
