@@ -8,7 +8,7 @@ _STACKS = "test_polygons.py -k 'make_the_picture_of_stacks and slab'"
 
 IN_STAGES = (
     changed(
-        "projection.frag",
+        "projection.glsl",
         "* walk.path_length",
         "* 1.0",
         "an X-ray forgets how long the path through a slab is",
@@ -22,7 +22,7 @@ IN_STAGES = (
         SHADOWS,
     ),
     changed(
-        "slab_stack.frag",
+        "slab_stack.glsl",
         "over(progress.color, behind)",
         "progress.color",
         "the last slab of a ray is left out",

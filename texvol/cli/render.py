@@ -91,10 +91,11 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         help="compare N random pixels, or all, with the oracle and print the error; also in --stats and the header",
     )  # fmt: skip
     _add_textures(group)
+    _add_device(group)
 
 
 def _add_textures(group: Any) -> None:
-    """Add options of textures, target and device."""
+    """Add options of textures and of the target."""
     group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
     group.add_argument(
         "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto",
@@ -115,7 +116,16 @@ def _add_textures(group: Any) -> None:
         "--skip-empty", action=argparse.BooleanOptionalAction, default=True,
         help="skip cells in which nothing shows (default); the picture is the same",
     )  # fmt: skip
+
+
+def _add_device(group: Any) -> None:
+    """Add options of what draws, in which memory, and of its report."""
     add_slicing(group)
+    group.add_argument(
+        "--pipeline", choices=("auto", "fragment", "compute"), default="auto",
+        help="what walks the slabs: fragments of polygons, or a compute shader (OpenGL 4.3), the same picture; auto: "
+        "the faster, by a probe",
+    )  # fmt: skip
     group.add_argument("--plan", action="store_true", help="print what a volume in a store would take, and stop")
     group.add_argument(
         "--progressive", action="store_true",
@@ -195,7 +205,8 @@ def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Render
     workers = workers_of(arguments)
     if workers is None:
         how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
-        with Renderer(arguments.backend, device=arguments.device, **how) as renderer:
+        where = {"device": arguments.device, "pipeline": arguments.pipeline}
+        with Renderer(arguments.backend, **where, **how) as renderer:
             yield renderer
         return
     from texvol.distributed.renderer import DistributedRenderer
@@ -291,8 +302,10 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
     if arguments.stats:
         writing.check_writable(arguments.stats)
     check_outputs(arguments, scene_options)
-    if arguments.device is not None and (arguments.workers is not None or arguments.dask is not None):
-        raise InputError("--device does not go with --workers and --dask, which choose their own")
+    if arguments.workers is not None or arguments.dask is not None:
+        for name, usual in (("device", None), ("pipeline", "auto")):
+            if vars(arguments)[name] != usual:
+                raise InputError(f"--{name} does not go with --workers and --dask, which choose their own")
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     courses.check(arguments, scene_options)

@@ -21,15 +21,15 @@ from numpy.typing import NDArray
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.filtering import COARSE, weights_error
+from texvol.opengl.pipelines import Region, StackDraw, covered, draw_rays, faster, has_compute
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
-from texvol.opengl.texture_store import MODERNGL_TYPES
+from texvol.opengl.texture_store import MODERNGL_TYPES, is_software
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
 from texvol.scene.picture_size import checked_size
 from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
-Region = tuple[int, int, int, int]  # x, y, width, height in pixels, from the lower left corner
 Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
 
 
@@ -46,7 +46,10 @@ class Compositor:
         self._programs = Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
-        self._regions: tuple[Region, ...] | None = None  # that `blend` draws into; None: all
+        self._regions: tuple[Region, ...] | None = None  # that are drawn into; None: all
+        self.pipeline = "auto"  # see pipelines.py
+        self.drawn_by = "fragment"  # pipeline of the last picture
+        self._faster: str | None = None  # pipeline that "auto" takes
         self._layers: dict[tuple[int, ...], Layers] = {}  # of the target's size, by the components of each
 
     def checked_size(self, size: tuple[int, int]) -> tuple[int, int]:
@@ -81,6 +84,7 @@ class Compositor:
 
     def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
         """Clear the target for a new picture."""
+        self.drawn_by = "fragment"
         target = self._target_of(drawing.view.size, target_format)
         target.use()
         nothing = drawing.projection.nothing if drawing.projection and not drawing.count else (0.0, 0.0, 0.0, 0.0)
@@ -109,9 +113,42 @@ class Compositor:
         blending: str,
     ) -> None:
         """Draw the polygons of slab stacks by the program of that name; `units` are textures by their samplers."""
-        program = self.program(name, switches, "slab_stack.vert")
-        bind(program, units, uniforms)
-        self.blend(program, blending, *triangles_of(stacks))
+        draw = StackDraw(name, switches, stacks, units, uniforms, blending)
+        self.drawn_by = self._pipeline_for(draw)
+        self._draw_by(self.drawn_by, draw)
+
+    def _draw_by(self, pipeline: str, draw: StackDraw) -> None:
+        if pipeline == "compute":
+            draw_rays(self._gl, self._programs, self.target, draw, self._pieces())
+            return
+        program = self.program(draw.name, draw.switches, "slab_stack.vert")
+        bind(program, draw.units, draw.uniforms)
+        self.blend(program, draw.blending, *triangles_of(draw.stacks))
+
+    def _pipeline_for(self, draw: StackDraw) -> str:
+        """Return the pipeline that was asked for, or the one that drew the first stacks faster."""
+        if self.pipeline != "auto":
+            return self.pipeline
+        if self._faster is None:
+            # A software driver does both on the same cores, and compiling takes longer than it could save.
+            is_fixed = is_software(self._context) or not has_compute(self._context)
+            self._faster = "fragment" if is_fixed else self._probed(draw)
+        return self._faster
+
+    def _probed(self, draw: StackDraw) -> str:
+        """Return the faster pipeline for stacks, by drawing some of their pixels into another target."""
+        whole, regions = self._target, self._regions
+        self._target, _ = self._cleared_layers((4,))
+
+        def draw_by(pipeline: str, region: Region) -> None:
+            self._regions = (region,)
+            self._draw_by(pipeline, draw)
+            self.finish()
+
+        try:
+            return faster(draw_by, covered(draw.stacks, self.target.size))
+        finally:
+            self._target, self._regions = whole, regions
 
     def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
         """Return the program of `name`.frag and a vertex shader."""

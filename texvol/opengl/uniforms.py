@@ -65,7 +65,7 @@ def volume_switches(drawn: DrawnVolume, brick: Brick) -> dict[str, int]:
 
 
 def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
-    """Switches of slab_stack.frag and projection.frag, which draw a single volume."""
+    """Switches of slab_stack.glsl and projection.glsl, which draw a single volume."""
     drawn, view = drawing.first, drawing.view
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"

@@ -9,7 +9,7 @@ their polygons here, each *under* what is there already: picture + (1 - opacity 
 
 Its known errors: slabs that the box cuts short are drawn whole, or not at all if their middle is outside; all rays take
 the length that only the middle one of a perspective picture has; and each blend rounds to the target's format.
-polygons.py draws the same polygons without the first two, slab stacks (shaders/slab_stack.frag) blend in registers.
+polygons.py draws the same polygons without the first two, slab stacks (shaders/slab_stack.glsl) blend in registers.
 """
 
 from __future__ import annotations

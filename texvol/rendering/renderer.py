@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
+from texvol.opengl.pipelines import checked_pipeline
 from texvol.opengl.projection import depth_of
 from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
@@ -58,6 +59,9 @@ class Renderer(LastPicture):
     texture_memory : float, optional
         Megabytes (10⁶ bytes) for textures; half of the free memory by default. A volume whose texture is larger, or
         too large for the driver, is drawn in bricks.
+    pipeline : "auto", "fragment" or "compute"
+        What walks the slabs: fragments of polygons, or a compute shader, see `texvol.opengl.pipelines`; the pictures
+        are the same to 2e-6. "auto" takes the faster one, by a probe at the first picture.
     compositor : callable, optional
         Makes a compositor for a context, in place of `Compositor`.
 
@@ -66,7 +70,7 @@ class Renderer(LastPicture):
     ContextError
         If no OpenGL context can be made; the message has the reason of each back end.
     InputError
-        If the texture memory is not positive, or there is no such device.
+        If the texture memory is not positive, or there is no such device or pipeline.
     """
 
     def __init__(
@@ -75,6 +79,7 @@ class Renderer(LastPicture):
         *,
         device: int | str | None = None,
         texture_memory: float | None = None,
+        pipeline: str = "auto",
         compositor: Callable[[Context], Compositor] | None = None,
     ) -> None:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
@@ -82,6 +87,7 @@ class Renderer(LastPicture):
         super().__init__(open_context(backend, device), Stopwatch())
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
+            self._compositor.pipeline = checked_pipeline(pipeline, self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
             self._pictures = AnyPictures(self._context, self._compositor, self._budget, self._watch)
         self._oracle: checking.Oracle | None = None  # in place of that in this process
@@ -188,7 +194,7 @@ class Renderer(LastPicture):
         pictures = self._pictures_of(scene)
         self.drawn_scene, asked = scene, asked.settled(self.chosen)
         complete = scene.completed(size)
-        checked_slicing(slicing, complete)
+        checked_slicing(slicing, complete, self._compositor.pipeline)
         level_asked = LevelsAskedFor(level, level_error, max_error, slab_thickness or sampling_rate, coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
@@ -337,7 +343,7 @@ class Renderer(LastPicture):
         pictures = self._pictures_of(scene)
         seconds, drawn = dict(self._watch.seconds), pictures.bricks_drawn
         metadata = pictures.described(scene, size, settings)
-        metadata |= {"bricks_drawn": drawn, "seconds": seconds}
+        metadata |= {"bricks_drawn": drawn, "seconds": seconds, "pipeline": self._compositor.drawn_by}
         if self.chosen is not None:
             metadata["classification_reason"] = self.chosen.sentence
         passes = self._by_tiles[1] or ((settings.slab_thickness, None),)

@@ -162,16 +162,20 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
     return "rgba32f" if target_format == "auto" else target_format
 
 
-def checked_slicing(slicing: Slicing, scene: CompleteScene) -> Slicing:
+def checked_slicing(slicing: Slicing, scene: CompleteScene, pipeline: str = "auto") -> Slicing:
     """Return the argument if the scene can be drawn in this way.
 
     Raises
     ------
     InputError
-        If there is no such slicing, or it does not draw what the scene has.
+        If there is no such slicing, or it does not draw what the scene has, or the pipeline has no polygons of slabs.
     """
     if slicing not in SLICINGS:
         raise InputError(f"slicing must be stacks, polygons or wilson, got {slicing!r}")
+    if pipeline == "compute" and slicing in ("polygons", "wilson"):
+        raise InputError(
+            f"pipeline compute does not draw slicing {slicing}: choose pipeline fragment or slicing stacks"
+        )
     beyond = {
         "several volumes": bool(scene.added),
         "labels": scene.volume.labels,
