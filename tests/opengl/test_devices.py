@@ -55,6 +55,7 @@ def test_a_device_that_cannot_be_used_is_listed_with_its_reason_in_words() -> No
     assert "MIG" in first.reason and "container" in first.reason and "EGL_BAD_ACCESS" in first.reason
     assert "cannot be used" in first.line and "\n" not in first.line
     assert (second.number, second.reason) == (1, None) and "OpenGL" in second.driver
+    assert re.search(r"compute shaders; weights of \d+ bits", second.line)
 
 
 @pytest.mark.usefixtures("two_devices")

@@ -45,7 +45,8 @@ def test_switches_that_meet_compile_together(context: Context, program: str) -> 
 @pytest.mark.parametrize("program", ["slab_stack", "projection", "several"])
 def test_compute_shaders_compile_with_every_value_of_a_switch(context: Context, program: str) -> None:
     for number, row in enumerate(rows(program, strength=1)):
-        load_compute(context.gl, program, defines=row | {"TARGET": number % 3, "BLENDING": number % 3})
+        named = {"DRAWN": f"{program}.glsl"}
+        load_compute(context.gl, "rays", named=named, defines=row | {"TARGET": number % 3, "BLENDING": number % 3})
         context.gl.gc()
 
 

@@ -157,7 +157,8 @@ def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None
 
 
 def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    from texvol.opengl import compositor, piecewise
+    from texvol.opengl import compositor
+    from texvol.opengl import pieces as of_frames
     from texvol.window import painting
 
     pieces, draw_triangles = 0, compositor.draw_triangles
@@ -168,9 +169,8 @@ def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> 
         draw_triangles(*how)
 
     monkeypatch.setattr(compositor, "draw_triangles", counted)
-    monkeypatch.setattr(piecewise, "_FIRST_ROWS", 5)
-    monkeypatch.setattr(piecewise, "_FEWEST_ROWS", 5)
-    monkeypatch.setattr(piecewise, "_PIECE", 0.0)  # no piece ever grows
+    monkeypatch.setattr(of_frames, "_FEWEST", 5)
+    monkeypatch.setattr(of_frames, "_HEARD", 0.0)  # no piece ever grows
     renderer = painting.PiecewiseRenderer()
     try:
         whole = renderer.render(SCENE, SIZE, sampling_rate=3)
@@ -184,7 +184,7 @@ def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> 
             assert pieces == 1 + 2 * drawn, "the very same is not drawn again"
     finally:
         renderer.close()
-    assert drawn == np.ceil(SIZE[1] / 5)
+    assert drawn == np.ceil(SIZE[0] / 5) * np.ceil(SIZE[1] / 5)
     assert np.array_equal(whole, parts) and np.array_equal(again, same) and not np.array_equal(whole, again)
 
 

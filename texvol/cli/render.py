@@ -198,15 +198,13 @@ def run(arguments: argparse.Namespace) -> None:
 @contextmanager
 def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
-    from texvol.opengl.piecewise import PiecewiseCompositor
     from texvol.rendering.renderer import Renderer
 
     stage("drawing and checking" if arguments.check else "drawing")
     workers = workers_of(arguments)
     if workers is None:
-        how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
-        where = {"device": arguments.device, "pipeline": arguments.pipeline}
-        with Renderer(arguments.backend, **where, **how) as renderer:
+        how = {name: vars(arguments)[name] for name in ("device", "texture_memory", "pipeline")}
+        with Renderer(arguments.backend, **how) as renderer:
             yield renderer
         return
     from texvol.distributed.renderer import DistributedRenderer

@@ -8,7 +8,7 @@ premultiplied colour and opacity of everything in front of the next stack:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing
 from texvol.opengl.filtering import COARSE, weights_error
-from texvol.opengl.pipelines import Region, StackDraw, covered, draw_rays, faster, has_compute
+from texvol.opengl.pieces import Pieces, Region
+from texvol.opengl.pipelines import StackDraw, covered, draw_rays, faster, has_compute
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import MODERNGL_TYPES, is_software
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
@@ -43,10 +44,11 @@ class Compositor:
 
     def __init__(self, context: Context, shaders: Path = FOLDER) -> None:
         self._context, self._gl = context, context.gl
-        self._programs = Programs(context.gl, shaders)
+        self._shaders, self._programs = shaders, Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
         self._regions: tuple[Region, ...] | None = None  # that are drawn into; None: all
+        self._frame = Pieces(context.gl.finish)
         self.pipeline = "auto"  # see pipelines.py
         self.drawn_by = "fragment"  # pipeline of the last picture
         self._faster: str | None = None  # pipeline that "auto" takes
@@ -69,7 +71,7 @@ class Compositor:
     @cached_property
     def weights_error(self) -> float:
         """Largest error of the weights with which the driver interpolates textures."""
-        return weights_error(self._context, self._programs)
+        return weights_error(self._context, self._shaders)
 
     @property
     def has_coarse_weights(self) -> bool:
@@ -85,6 +87,7 @@ class Compositor:
     def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
         """Clear the target for a new picture."""
         self.drawn_by = "fragment"
+        self._frame.begin()
         target = self._target_of(drawing.view.size, target_format)
         target.use()
         nothing = drawing.projection.nothing if drawing.projection and not drawing.count else (0.0, 0.0, 0.0, 0.0)
@@ -119,11 +122,11 @@ class Compositor:
 
     def _draw_by(self, pipeline: str, draw: StackDraw) -> None:
         if pipeline == "compute":
-            draw_rays(self._gl, self._programs, self.target, draw, self._pieces())
+            draw_rays(self._gl, self._programs, self.target, draw, self._pieces((pipeline, *draw.kind), draw.slabs))
             return
         program = self.program(draw.name, draw.switches, "slab_stack.vert")
         bind(program, draw.units, draw.uniforms)
-        self.blend(program, draw.blending, *triangles_of(draw.stacks))
+        self.blend(program, draw.blending, *triangles_of(draw.stacks), kind=draw.kind, slabs=draw.slabs)
 
     def _pipeline_for(self, draw: StackDraw) -> str:
         """Return the pipeline that was asked for, or the one that drew the first stacks faster."""
@@ -143,7 +146,7 @@ class Compositor:
         def draw_by(pipeline: str, region: Region) -> None:
             self._regions = (region,)
             self._draw_by(pipeline, draw)
-            self.finish()
+            self._gl.finish()
 
         try:
             return faster(draw_by, covered(draw.stacks, self.target.size))
@@ -161,8 +164,13 @@ class Compositor:
         vertices: NDArray[np.float32],
         layout: str,
         *attributes: str,
+        kind: Hashable = "",
+        slabs: float = 1.0,
     ) -> None:
-        """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers."""
+        """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers.
+
+        Pixels of one `kind`, of up to so many `slabs`, take about as long.
+        """
         gl = self._gl
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
@@ -171,7 +179,7 @@ class Compositor:
         gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
         target = self.target
         try:
-            for piece in self._pieces():
+            for piece in self._pieces(kind, slabs):
                 target.scissor = piece  # type: ignore[assignment]
                 target.use()
                 draw_triangles(gl, program, vertices, layout, *attributes)
@@ -188,9 +196,9 @@ class Compositor:
         finally:
             self._regions = None
 
-    def _pieces(self) -> Iterator[Region | None]:
-        """Yield what `blend` draws into, one after the other; None is the whole target."""
-        yield from (None,) if self._regions is None else self._regions
+    def _pieces(self, kind: Hashable, slabs: float) -> Iterator[Region | None]:
+        """Yield what is drawn into, one after the other; None is the whole target."""
+        return self._frame.of(self._regions, self.target.size, kind, slabs)
 
     def composite(
         self, layer: moderngl.Texture, blending: str = "under", factor: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
@@ -235,6 +243,7 @@ class Compositor:
     def finish(self) -> None:
         """Wait until everything asked for is drawn."""
         self._gl.finish()
+        self._frame.end()
 
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
         """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""

@@ -7,11 +7,13 @@ hardware cuts bits off. Values and whole numbers of 8 bits are measured, which d
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import moderngl
 import numpy as np
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import WHOLE_TARGET, Programs, bind, draw_triangles, release_target
+from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, bind, draw_triangles, load_program, release_target
 from texvol.opengl.texture_store import interpolated_texture
 
 COARSE = 2.0**-17  # error of weights of 16 bits: more is less than hides behind the error of any fine picture
@@ -19,10 +21,13 @@ _PIXELS = 4096
 _FORMATS = {"r32f": np.float32, "r8": np.uint8}
 
 
-def weights_error(context: Context, programs: Programs) -> float:
-    """Return the largest error of the driver's weights; `context` is current."""
-    program = programs.program("weights", {"FETCHED": 0}, "corner.vert")
-    return max(_error(context, program, texel_format) for texel_format in _FORMATS)
+def weights_error(context: Context, folder: Path = FOLDER) -> float:
+    """Return the largest error of the driver's weights; `context` is current, `folder` is that of the shader files."""
+    program = load_program(context.gl, "weights", defines={"FETCHED": 0}, vertex="corner.vert", folder=folder)
+    try:
+        return max(_error(context, program, texel_format) for texel_format in _FORMATS)
+    finally:
+        program.release()
 
 
 def bits_of(error: float) -> int:

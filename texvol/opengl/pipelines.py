@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 import moderngl
 import numpy as np
 
-from texvol.opengl.shaders import bind
+from texvol.opengl.pieces import Region
+from texvol.opengl.shaders import bind, load_compute
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
     from texvol.opengl.shaders import Programs
 
 PIPELINES = ("auto", "fragment", "compute")
-Region = tuple[int, int, int, int]  # x, y, width, height in pixels, from the lower left corner
-
 _SINCE = 430  # OpenGL 4.3
 _SIDE = 8  # of a group of invocations, pixels
 _TARGETS = {"f4": 0, "f2": 1, "f1": 2}  # switch TARGET by the type of the target's components
@@ -50,6 +49,16 @@ class StackDraw:
     uniforms: Mapping[str, Any]
     blending: str
 
+    @property
+    def kind(self) -> tuple[Any, ...]:
+        """Program and switches."""
+        return (self.name, *sorted(self.switches.items()))
+
+    @property
+    def slabs(self) -> float:
+        """Largest number of slabs on a ray."""
+        return float(self.stacks.slab_count)
+
 
 def has_compute(context: Context) -> bool:
     """Return True if the driver has compute shaders that write images; `context` is current."""
@@ -57,12 +66,7 @@ def has_compute(context: Context) -> bool:
     if gl.version_code >= _SINCE:
         return True
     try:
-        gl.compute_shader(
-            "#version 330\n#extension GL_ARB_compute_shader : require\n"
-            "#extension GL_ARB_shader_image_load_store : require\n"
-            "layout(rgba32f) uniform image2D target; layout(local_size_x = 1) in;\n"
-            "void main() { imageStore(target, ivec2(0), vec4(0.0)); }\n"
-        ).release()
+        load_compute(gl, "nothing").release()
     except Exception:  # moderngl raises more than its own where the driver lacks a function
         return False
     return True

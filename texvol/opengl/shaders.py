@@ -81,9 +81,10 @@ class Programs:
         return self._kept((name, *sorted(switches.items())), load)
 
     def compute(self, drawn: str, switches: Mapping[str, int]) -> moderngl.ComputeShader:
-        """Return the compute shader that draws what `drawn`.glsl does."""
-        load = partial(load_compute, self._gl, drawn, defines=switches, folder=self._folder)
-        return self._kept(("rays.comp", drawn, *sorted(switches.items())), load)
+        """Return the compute shader rays.comp, which draws what `drawn`.glsl does."""
+        named = {"DRAWN": f"{drawn}.glsl"}
+        load = partial(load_compute, self._gl, "rays", named=named, defines=switches, folder=self._folder)
+        return self._kept((f"rays.comp {drawn}", *sorted(switches.items())), load)
 
     def _kept(self, key: tuple[Any, ...], load: Callable[[], Program]) -> Program:
         program = cast(Program, self.kept.pop(key, None)) or load()
@@ -139,9 +140,16 @@ def load_program(
 
 
 def load_compute(
-    gl: moderngl.Context, drawn: str, *, defines: Mapping[str, int] = MappingProxyType({}), folder: Path = FOLDER
+    gl: moderngl.Context,
+    name: str,
+    *,
+    named: Mapping[str, str] = MappingProxyType({}),
+    defines: Mapping[str, int] = MappingProxyType({}),
+    folder: Path = FOLDER,
 ) -> moderngl.ComputeShader:
-    """Return the compute shader rays.comp of what `drawn`.glsl draws, which the caller releases; `gl` is current.
+    """Return the compute shader `name`.comp, which the caller releases; `gl` is current.
+
+    `named` are the files that it includes by names.
 
     Raises
     ------
@@ -149,13 +157,14 @@ def load_compute(
         As for `load_program`.
     """
     files: list[str] = []
-    source = _source(folder, "rays.comp", defines, files, {"DRAWN": f"{drawn}.glsl"})
-    _check_switches([source], defines, f"rays.comp and {drawn}.glsl")
+    source = _source(folder, f"{name}.comp", defines, files, named)
+    names = " and ".join([f"{name}.comp", *named.values()])
+    _check_switches([source], defines, names)
     try:
         with postponed():  # see load_program
             return gl.compute_shader(source.replace("\nflat uniform ", "\nuniform "))
     except moderngl.Error as error:
-        raise ShaderError(f"rays.comp and {drawn}.glsl: {_with_files(str(error), files)}") from None
+        raise ShaderError(f"{names}: {_with_files(str(error), files)}") from None
 
 
 def set_uniforms(program: AnyProgram, values: Mapping[str, Any]) -> None:

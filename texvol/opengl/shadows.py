@@ -93,7 +93,7 @@ class Shadows:
     @cached_property
     def _is_coarse(self) -> bool:
         """True if the driver's weights have too few digits; what is kept for many pictures is always made exactly."""
-        return weights_error(self._context, self._programs) > COARSE
+        return weights_error(self._context) > COARSE
 
     def _depths(self, casting: _Casting, textures: TextureStore) -> NDArray[np.float32]:
         """Return the optical depth between the nodes (z, y, x) of a volume and a light."""

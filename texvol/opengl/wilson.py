@@ -51,7 +51,8 @@ def draw(compositor: Compositor, drawing: Drawing, brick: Brick, part: Numbers, 
     bind(program, {"texels": drawn.samplers(brick)["texels"]}, uniforms | projection)
     corners = np.concatenate([positions, polygons[..., 3:]], axis=2)
     blending = "add" if drawing.count else "under"
-    compositor.blend(program, blending, triangles(corners), "3f 3f", "in_position", "in_texture_position")
+    attributes = "3f 3f", "in_position", "in_texture_position"
+    compositor.blend(program, blending, triangles(corners), *attributes, kind="wilson", slabs=len(polygons))
 
 
 def slab_middles(view: View, slabs: SlabStacks) -> Numbers:

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import image
-from texvol.opengl.piecewise import PiecewiseCompositor
 from texvol.output.export import PictureExport
 from texvol.rendering import error_control, forecast
 from texvol.rendering.error_search import may_refine_tiles, searched
@@ -51,7 +50,7 @@ class PiecewiseRenderer(Renderer):
 
     def __init__(self, device: int | str | None = None) -> None:
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
-        super().__init__(device=device, compositor=PiecewiseCompositor)
+        super().__init__(device=device)
 
     def _draw(self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
         """Draw a picture; return a copy of the last one if it had the same scene and settings."""

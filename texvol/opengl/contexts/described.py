@@ -46,6 +46,16 @@ def described(backend: str, number: int | None) -> dict[str, Any]:
             return {
                 "name": context.renderer,
                 "driver": f"{info['GL_VENDOR']}, OpenGL {info['GL_VERSION']}",
+                "works": _abilities(context),
             }
     finally:
         context.release()
+
+
+def _abilities(context: contexts.Context) -> list[str]:
+    """Return what a device can do beside drawing, and how exactly it interpolates; `context` is current."""
+    from texvol.opengl.filtering import bits_of, weights_error
+    from texvol.opengl.pipelines import has_compute
+
+    compute = "compute shaders" if has_compute(context) else "no compute shaders"
+    return [compute, f"weights of {bits_of(weights_error(context))} bits"]

@@ -34,7 +34,11 @@ def osmesa() -> Device:
     """Return OSMesa as a device without a number: its driver, or the reason why it cannot be used."""
     found = told("osmesa")
     failure = found.pop(FAILURE, None)
-    return Device(None, "OSMesa", reason=failure) if failure else Device(None, **found)
+    return Device(None, "OSMesa", reason=failure) if failure else _usable(None, found)
+
+
+def _usable(number: int | None, found: dict[str, Any]) -> Device:
+    return Device(number, found["name"], found["driver"], works=tuple(found["works"]))
 
 
 def _device(strings: list[dict[str, str]], number: int) -> Device:
@@ -42,7 +46,7 @@ def _device(strings: list[dict[str, str]], number: int) -> Device:
     found = told("egl", number)
     failure = found.pop(FAILURE, None)
     if failure is None:
-        return Device(number, **found)
+        return _usable(number, found)
     of_device = {int(name): text for name, text in strings[number].items()}
     return Device(number, name_of(of_device), reason=reason_of(failure, number, of_device))
 
