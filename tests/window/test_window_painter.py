@@ -118,6 +118,18 @@ def studio() -> Iterator[Studio]:
     made.shared.close()
 
 
+def test_a_painter_draws_on_the_device_that_is_asked_for() -> None:
+    shared, woken = SharedArrays(), threading.Event()
+    painter = Painter(shared, woken.set, device="titan")
+    try:
+        assert woken.wait(PATIENCE)
+        (answer,) = painter.answers()
+        assert answer.kind == "failed" and "got 'titan'; there are: " in answer.text
+    finally:
+        painter.close()
+        shared.close()
+
+
 def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
     (answer,) = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
     with Renderer() as renderer:

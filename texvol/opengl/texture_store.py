@@ -344,11 +344,10 @@ def default_budget(context: Context) -> int:
 def _free(context: Context) -> int:
     if is_software(context):
         return free_memory()
-    for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
-        if extension in context.gl.extensions:
-            kibibytes = context.integer(name)
-            if kibibytes > 0:
-                return kibibytes << 10
+    for name in (_NVIDIA_FREE, _AMD_FREE):
+        kibibytes = context.integer(name)
+        if kibibytes > 0:
+            return kibibytes << 10
     return _UNKNOWN
 
 

@@ -77,6 +77,7 @@ class Context:
             return 0
         numbers = (ctypes.c_int * 4)()  # some have four
         ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
+        _ = self.gl.error  # that of an unknown one, which reading forgets
         return int(numbers[0])
 
     def interpolate_in_single_precision(self, texture: moderngl.Texture3D) -> None:
