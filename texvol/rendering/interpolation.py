@@ -4,7 +4,7 @@ Graphics cards interpolate textures with weights of 8 bits behind the binary poi
 of the difference of its neighbours along each axis, and thinner slabs don't help. The shader can fetch the eight texels
 and interpolate them in float32, which costs more. It is not asked for unless an error is asked for, and then
 
-- always below `ALWAYS_BELOW`, where the weights alone may be all of the error;
+- always below `ALWAYS_BELOW`, where the weights alone may be all of the error, and of volumes in stores;
 - else where two small pictures, one by each, differ by more than a fraction of the error; less is taken off it.
 
 The driver is measured, see `texvol.opengl.filtering`; its name says nothing.
@@ -18,6 +18,7 @@ import numpy as np
 
 from texvol.rendering.error_control import DrawScene, Size, smaller
 from texvol.rendering.settings import Settings
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 
 ALWAYS_BELOW = 1e-3
@@ -35,7 +36,7 @@ def settled_interpolation(
     if finest is None:
         return settings, max_error
     precise = replace(settings, interpolation=finest)
-    if max_error < ALWAYS_BELOW:
+    if max_error < ALWAYS_BELOW or isinstance(scene.volume, LargeVolume):  # of which nothing is read to find out
         return precise, max_error
     small, thickness = smaller(size), scene.smallest_spacing
     by_driver, by_shader = (draw(scene, small, replace(each, slab_thickness=thickness)) for each in (settings, precise))
