@@ -78,7 +78,8 @@ class Programs:
     def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
         """Return the program of `name`.frag and a vertex shader."""
         load = partial(load_program, self._gl, name, defines=switches, vertex=vertex, folder=self._folder)
-        return self._kept((name, *sorted(switches.items())), load)
+        key = (name, *sorted(switches.items()))
+        return self._kept(key, load)
 
     def compute(self, drawn: str, switches: Mapping[str, int]) -> moderngl.ComputeShader:
         """Return the compute shader rays.comp, which draws what `drawn`.glsl does."""
