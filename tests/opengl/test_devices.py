@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from support.small_pictures import backend_or_skip
 
 from texvol import Renderer
 from texvol.cli.command_line import main
+from texvol.opengl import contexts
 from texvol.opengl.contexts import described, devices, egl, listing, native, open_context, trial
 from texvol.opengl.contexts.devices import Device, Machine, chosen, hindrances, in_words
 from texvol.util.errors import ContextError, InputError
@@ -163,8 +165,9 @@ def test_a_driver_that_crashes_ends_the_process_of_its_device_only(
     assert re.search(words, listing.osmesa().reason or "")
 
 
-def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     backend_or_skip("egl")
+    monkeypatch.setattr(listing, "told", cache(listing.told))
     assert main(["devices"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert main(["devices", "--json"]) == 0
@@ -174,13 +177,16 @@ def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str]) -
     assert [line.removeprefix("note: ") for line in lines[len(listed) :]] == told["notes"]
 
 
-def test_the_command_line_says_which_devices_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_says_which_devices_there_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     backend_or_skip("egl")
     np.save(tmp_path / "v.npy", np.zeros((4, 4, 4), np.float32))
     volume, picture = str(tmp_path / "v.npy"), str(tmp_path / "p.png")
     assert main(["render", volume, "--device", "titan", "-o", picture]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "got 'titan'; there are: " in said
+    monkeypatch.setattr(contexts, "devices", lambda: list(THREE))
     for command in ("report", "methods", "presets", "demo"):
         source = [] if command == "demo" else [volume]
         assert main([command, *source, "--device", "titan", "-o", str(tmp_path / "out.png")]) == 2

@@ -33,7 +33,7 @@ def devices() -> list[Device]:
 def osmesa() -> Device:
     """Return OSMesa as a device without a number: its driver, or the reason why it cannot be used."""
     found = told("osmesa")
-    failure = found.pop(FAILURE, None)
+    failure = found.get(FAILURE)
     return Device(None, "OSMesa", reason=failure) if failure else _usable(None, found)
 
 
@@ -44,7 +44,7 @@ def _usable(number: int | None, found: dict[str, Any]) -> Device:
 def _device(strings: list[dict[str, str]], number: int) -> Device:
     """Return a device of EGL, by what EGL tells of it and what a context on it tells."""
     found = told("egl", number)
-    failure = found.pop(FAILURE, None)
+    failure = found.get(FAILURE)
     if failure is None:
         return _usable(number, found)
     of_device = {int(name): text for name, text in strings[number].items()}
