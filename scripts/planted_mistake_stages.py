@@ -8,7 +8,7 @@ _STACKS = "test_polygons.py -k 'make_the_picture_of_stacks and slab'"
 
 IN_STAGES = (
     changed(
-        "projection.frag",
+        "projection.glsl",
         "* walk.path_length",
         "* 1.0",
         "an X-ray forgets how long the path through a slab is",
@@ -22,11 +22,60 @@ IN_STAGES = (
         SHADOWS,
     ),
     changed(
-        "slab_stack.frag",
+        "slab_stack.glsl",
         "over(progress.color, behind)",
         "progress.color",
         "the last slab of a ray is left out",
         CLOSED_FORMS,
+    ),
+    changed(
+        "slab_stack.frag",
+        "gl_FragCoord.xy, slab_range",
+        "gl_FragCoord.xy + 1.0, slab_range",
+        "a fragment draws the ray of the pixel beside it",
+        CLOSED_FORMS,
+    ),
+    changed(
+        "several.frag",
+        "gl_FragCoord.xy, slab_range",
+        "gl_FragCoord.xy, 0.5 * slab_range",
+        "of several volumes half of the slabs are drawn",
+        "test_several_drawn.py -k 'overlapping_boxes'",
+    ),
+    changed(
+        "projection.frag",
+        "if (!draw_stack",
+        "if (draw_stack",
+        "a projection shows nothing where there is something",
+        SUMS,
+    ),
+    changed(
+        "rays.comp",
+        "vec2(pixel) + 0.5",
+        "vec2(pixel)",
+        "the compute shader draws rays through the corners of pixels",
+        "test_pipelines.py -k 'rays_draw and slab'",
+    ),
+    changed(
+        "nothing.comp",
+        "GL_ARB_compute_shader",
+        "GL_ARB_no_such_shader",
+        "no driver seems to have compute shaders by extension",
+        "test_pipelines.py -k 'by_their_extension'",
+    ),
+    changed(
+        "weights.frag",
+        "0.25 + 0.5 *",
+        "0.5 *",
+        "weights are measured half a texel beside their texels",
+        "test_interpolation.py -k 'measured'",
+    ),
+    changed(
+        "interpolated.glsl",
+        "vec3(textureSize(texels, 0));",
+        "vec3(textureSize(texels, 0)) - 1.0;",
+        "the shader interpolates between texels too far apart",
+        "test_interpolation.py -k 'as_an_exact_driver and post'",
     ),
     changed(
         "slab_ends.frag",
@@ -51,8 +100,8 @@ IN_STAGES = (
     ),
     changed(
         "wilson.frag",
-        "texel_scale * texture(",
-        "texture(",
+        "texel_scale * interpolated(",
+        "interpolated(",
         "texels are taken as they are stored",
         "test_polygons.py -k 'goes_to_the_integral'",
     ),

@@ -13,6 +13,7 @@
 
 #include "optics.glsl"
 #include "held.glsl"
+#include "interpolated.glsl"
 
 // Stands for an infinite extinction: opaque over any length but 0, and emission is nothing beside it.
 const float OPAQUE = 1e24;
@@ -47,7 +48,7 @@ void load_ramps() {
 // Mean medium of values that are distributed about a mean; 0 at NaN.
 vec4 medium_of_spread(float mean, float row) {
     vec2 place = vec2((mean - held_low) * held_columns.x + held_columns.y, row * held_rows.x + held_rows.y);
-    vec4 medium = textureLod(smoothed, place, 0.0);
+    vec4 medium = interpolated_entry(smoothed, place);
     return MISSING == 0 || mean == mean ? medium : vec4(0.0);
 }
 

@@ -3,9 +3,12 @@
 // Switches: HEAD_LIGHT 1: there is a light at the eye. DIRECTIONAL_LIGHTS n, POINT_LIGHTS n: number of other lights.
 //           FALL_OFF 1: point lights fall off with distance. SPECULAR 1: the medium has highlights.
 //           SHADOWS 1: a light is multiplied with its transmittance to the position; the head light is not.
-//           TWO_SIDED 1: the side of a surface that faces the eye is lit.
+//           FETCHED: see interpolated.glsl, of the transmittance. TWO_SIDED 1: the side of a surface that faces the eye is lit.
 
 #include "held.glsl"
+#if SHADOWS
+#include "interpolated.glsl"
+#endif
 
 uniform float ambient;
 uniform float diffuse;
@@ -94,7 +97,7 @@ Shade with_light(Shade shade, vec3 color, vec3 normal, vec3 to_light, vec3 to_ey
 float transmittance_to_light(int number, vec3 position, vec3 to_light) {
 #if SHADOWS
     vec3 in_box = 0.5 + box_from_position * (position + shadow_distance * to_light);
-    return textureLod(light_transmittance, in_box, 0.0)[number];
+    return interpolated(light_transmittance, in_box)[number];
 #else
     return 1.0;
 #endif

@@ -67,7 +67,7 @@ vec4 lit_medium(vec4 medium, Shade shade) {
 vec4 medium_of(vec4 texel, vec3 position) {
     float value = value_of(texel);
 #if SPREAD
-    vec4 medium = medium_of_spread(value, textureLod(rows, texture_position(position), 0.0).r);
+    vec4 medium = medium_of_spread(value, interpolated(rows, texture_position(position)).r);
 #else
     vec4 medium = medium_of_value(value);
 #endif

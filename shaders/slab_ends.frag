@@ -1,8 +1,8 @@
 #version 330
 // What a pixel's ray needs beside the polygons of whole slabs: the slabs at its ends, which the box cuts short, and
-// which slabs lie between them. slab_stack.frag draws the same slabs in the same way.
+// which slabs lie between them. slab_stack.glsl draws the same slabs in the same way.
 //
-// Switches: those of slab_stack.frag.
+// Switches: those of slab_stack.glsl.
 
 #include "stack_walk.glsl"
 #include "end_slabs.glsl"

@@ -2,7 +2,7 @@
 // Colour and opacity of one slab on the rays that go through the whole of it; slab_ends.frag draws where the box cuts
 // it short.
 //
-// Switches: those of slab_stack.frag.
+// Switches: those of slab_stack.glsl.
 
 #include "end_slabs.glsl"
 #include "obliquity.glsl"

@@ -2,9 +2,11 @@
 //
 // Switches: GRADIENT 1: texels are the gradient and the value, 2: the gradient is in 16 bits, of which the middle is 0.
 //           WEIGHTS 1: the medium has a weight from 0 to 1. MISSING 1: values may be missing. BRICKS: see brick.glsl.
+//           FETCHED: see interpolated.glsl.
 
 #include "held.glsl"
 #include "brick.glsl"
+#include "interpolated.glsl"
 
 uniform sampler3D texels;
 #if WEIGHTS
@@ -18,13 +20,13 @@ float held_missing_from = HELD(missing_from);
 // Texel at a position in the box, interpolated.
 vec4 texel_at(vec3 position) {
     position = texture_position(position);
-    return textureLod(texels, position, 0.0);
+    return interpolated(texels, position);
 }
 
 // Weight of the medium at a position in the box, 0 to 1.
 float weight_at(vec3 position) {
 #if WEIGHTS
-    return textureLod(weights, texture_position(position), 0.0).r;
+    return interpolated(weights, texture_position(position)).r;
 #else
     return 1.0;
 #endif

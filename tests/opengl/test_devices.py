@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import json
+import re
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,8 +14,9 @@ from support.small_pictures import backend_or_skip
 
 from texvol import Renderer
 from texvol.cli.command_line import main
-from texvol.opengl.contexts import devices, egl, native, open_context
-from texvol.opengl.contexts.devices import Device, chosen, in_words, missing_vendor
+from texvol.opengl import contexts
+from texvol.opengl.contexts import described, devices, egl, listing, native, open_context, trial
+from texvol.opengl.contexts.devices import Device, Machine, chosen, hindrances, in_words
 from texvol.util.errors import ContextError, InputError
 
 THREE = (
@@ -38,6 +42,12 @@ def two_devices(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(egl.Egl, "_devices", lambda library: [*real(library)[:1], *real(library)[:1]])
     monkeypatch.setattr(egl.Egl, "_initialised", first_refuses)
+    monkeypatch.setattr(listing, "told", told_by_this_process)
+
+
+def told_by_this_process(what: str, number: int | None = None) -> dict[str, Any]:
+    """What the process of a device tells, by this process, which has other devices than the machine."""
+    return json.loads(json.dumps(described.answer(what, number)))
 
 
 @pytest.mark.usefixtures("two_devices")
@@ -47,6 +57,7 @@ def test_a_device_that_cannot_be_used_is_listed_with_its_reason_in_words() -> No
     assert "MIG" in first.reason and "container" in first.reason and "EGL_BAD_ACCESS" in first.reason
     assert "cannot be used" in first.line and "\n" not in first.line
     assert (second.number, second.reason) == (1, None) and "OpenGL" in second.driver
+    assert re.search(r"compute shaders; weights of \d+ bits", second.line)
 
 
 @pytest.mark.usefixtures("two_devices")
@@ -100,33 +111,86 @@ def test_a_file_without_permission_is_named(tmp_path: Path, monkeypatch: pytest.
     assert in_words("something else") == "something else"
 
 
-def test_a_card_that_egl_does_not_know_is_told() -> None:
-    def found(*there: str):
-        return lambda pattern: [path for path in there if Path(path).match(pattern)]
+def machine(*there: str, closed: str = "", **environment: str) -> Machine:
+    def found(pattern: str) -> list[str]:
+        return [path for path in there if Path(path).match(pattern)]
 
-    card, vendor = "/dev/nvidia0", "/usr/share/glvnd/egl_vendor.d/10_nvidia.json"
-    assert "10_nvidia.json is missing" in (missing_vendor(found(card)) or "")
-    assert missing_vendor(found(card, vendor)) is None and missing_vendor(found()) is None
+    return Machine(found, lambda path: path != closed, environment)
 
 
-def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str]) -> None:
+CARD, VENDOR = "/dev/nvidia0", "/usr/share/glvnd/egl_vendor.d/10_nvidia.json"
+NODE = "/dev/dri/renderD128"
+
+
+def test_a_card_that_egl_does_not_know_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Machine, "loads", lambda *_: True)
+    (said,) = hindrances(machine(CARD))
+    assert "10_nvidia.json is missing" in said
+    assert hindrances(machine(CARD, VENDOR)) == hindrances(machine(NODE)) == []
+
+
+@pytest.mark.parametrize(
+    "there, environment, words",
+    [
+        ((), {}, "there is no /dev/dri"),
+        ((CARD, VENDOR), {"NVIDIA_DRIVER_CAPABILITIES": "compute,utility"}, "names graphics, here compute,utility"),
+        ((CARD, VENDOR), {}, "names graphics (-e"),
+        ((CARD, VENDOR, "/proc/driver/nvidia/capabilities/gpu0/mig/gi3"), {}, "divided by MIG"),
+        ((CARD, VENDOR), {"NVIDIA_VISIBLE_DEVICES": "MIG-1234"}, "divided by MIG"),
+    ],
+)
+def test_what_containers_and_mig_take_away_is_said(there: tuple[str, ...], environment: dict, words: str) -> None:
+    said = hindrances(machine(*there, **environment))
+    assert any(words in each for each in said) and not any("\n" in each for each in said)
+
+
+def test_a_render_node_that_is_closed_is_named() -> None:
+    (said,) = hindrances(machine(NODE, closed=NODE))
+    assert said.startswith(f"no permission for {NODE}") and "render or video" in said
+
+
+def test_a_device_that_is_not_there_is_answered_with_the_reason() -> None:
+    with pytest.raises(InputError, match="there are: 2 .llvmpipe.; there is no /dev/dri"):
+        chosen("nvidia", THREE[2:], hindrances(machine()))
+
+
+@pytest.mark.parametrize(
+    "dies, words", [("os.kill(os.getpid(), 11)", r"ends the process \(SIGSEGV\)"), ("os._exit(3)", "status 3")]
+)
+def test_a_driver_that_crashes_ends_the_process_of_its_device_only(
+    dies: str, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = trial.apart
+    monkeypatch.setattr(trial, "apart", lambda code: whole(f"import os; {dies}" if "osmesa" in code else code))
+    assert re.search(words, listing.osmesa().reason or "")
+
+
+def test_devices_are_listed_by_the_command(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     backend_or_skip("egl")
+    monkeypatch.setattr(listing, "told", cache(listing.told))
     assert main(["devices"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert main(["devices", "--json"]) == 0
-    listed = json.loads(capsys.readouterr().out)["devices"]
+    told = json.loads(capsys.readouterr().out)
+    listed = [*told["devices"], told["osmesa"]]
     assert [each["name"] in line for each, line in zip(listed, lines, strict=False)] == [True] * len(listed)
+    assert [line.removeprefix("note: ") for line in lines[len(listed) :]] == told["notes"]
 
 
-def test_the_command_line_says_which_devices_there_are(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_line_says_which_devices_there_are(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     backend_or_skip("egl")
     np.save(tmp_path / "v.npy", np.zeros((4, 4, 4), np.float32))
     volume, picture = str(tmp_path / "v.npy"), str(tmp_path / "p.png")
     assert main(["render", volume, "--device", "titan", "-o", picture]) == 2
     said = capsys.readouterr().err
     assert said.count("\n") == 1 and "got 'titan'; there are: " in said
-    assert main(["view", volume, "--device", "0"]) == 2
-    assert "give --serve with it" in capsys.readouterr().err
+    monkeypatch.setattr(contexts, "devices", lambda: list(THREE))
+    for command in ("report", "methods", "presets", "demo"):
+        source = [] if command == "demo" else [volume]
+        assert main([command, *source, "--device", "titan", "-o", str(tmp_path / "out.png")]) == 2
+        assert "got 'titan'; there are: " in capsys.readouterr().err
     assert main(["render", volume, "--device", "0", "--workers", "2", "-o", picture]) == 2
     assert "--device does not go with --workers" in capsys.readouterr().err
     assert not Path(picture).exists()

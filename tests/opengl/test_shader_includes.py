@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from support.shader_programs import EITHER, LIGHTS, OF_A_VOLUME, VERTEX
+from support.shader_switches import rows
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.shaders import FOLDER, load_program
@@ -20,7 +21,7 @@ Switches = dict[str, int]
 WHOLE: Switches = {"HALF_SPACES": 0, "INTERVAL": 0}
 VISIBLE: list[Switches] = [{"HALF_SPACES": planes, "INTERVAL": interval} for planes in (0, 1, 7) for interval in EITHER]
 EVERY_LIGHT: list[Switches] = [NO_LIGHT | each for each in LIGHTS[1:]]
-OF_VALUES: Switches = WHOLE | {"GRADIENT": 1, "WEIGHTS": 0, "BRICKS": 0}
+OF_VALUES: Switches = WHOLE | {"GRADIENT": 1, "WEIGHTS": 0, "BRICKS": 0, "FETCHED": 0}
 
 
 def product(**choices: tuple[int, ...]) -> list[Switches]:
@@ -43,7 +44,7 @@ SWITCHES: dict[str, list[Switches]] = {
     "box_walk.glsl": VISIBLE,
     "brick.glsl": product(BRICKS=EITHER),
     "classify.glsl": [
-        each | {"SHALLOW": each["RAMPS"] // 2, "SPREAD": spread}
+        each | {"SHALLOW": each["RAMPS"] // 2, "SPREAD": spread, "FETCHED": each["MISSING"]}
         for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, MISSING=EITHER)
         for spread in EITHER
     ],
@@ -56,9 +57,11 @@ SWITCHES: dict[str, list[Switches]] = {
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),
     "integrate.glsl": [
-        each | {"MISSING": 0, "SHALLOW": 0, "SPREAD": 0} for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
+        each | {"MISSING": 0, "SHALLOW": 0, "SPREAD": 0, "FETCHED": 0}
+        for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
     ],
     "integrated_slabs.glsl": slabs_of(3),
+    "interpolated.glsl": product(FETCHED=EITHER),
     "isosurfaces.glsl": [
         OF_VALUES | NO_LIGHT | LIGHTS[1 + lights] | {"DEPTH": 1 - lights, "CUE": lights, "PERSPECTIVE": lights} | each
         for lights in EITHER
@@ -69,24 +72,33 @@ SWITCHES: dict[str, list[Switches]] = {
         for lights in EITHER
         for each in product(MISSING=EITHER, SKIPS=EITHER)
     ],
-    "light.glsl": [{key: each[key] for key in each if key != "LIT"} for each in EVERY_LIGHT],
+    "light.glsl": [
+        {key: each[key] for key in each if key != "LIT"} | {"FETCHED": fetched}
+        for each in EVERY_LIGHT
+        for fetched in EITHER
+    ],
     "line_integral.glsl": [OF_VALUES | each for each in product(MISSING=(0, 1, 2))],
     "medium.glsl": OF_A_VOLUME,
     "obliquity.glsl": product(PERSPECTIVE=EITHER),
     "optics.glsl": product(SHALLOW=EITHER),
     "pixel_ray.glsl": product(PERSPECTIVE=EITHER),
+    "projection.glsl": rows("projection")[:8],
     "sampled_slabs.glsl": [
         each | {"AT_ONCE": at_once, "WHOLE_SLABS": at_once // 2 - 1} for each in slabs_of(0, 1, 2) for at_once in (2, 4)
     ],
     "seen.glsl": [
-        each | {"PERSPECTIVE": either, "CUE": either} for each in [NO_LIGHT, *EVERY_LIGHT] for either in EITHER
+        each | {"PERSPECTIVE": either, "CUE": either, "FETCHED": either}
+        for each in [NO_LIGHT, *EVERY_LIGHT]
+        for either in EITHER
     ],
+    "several.glsl": rows("several")[:3],
     "skip.glsl": product(BRICKS=EITHER),
     "slab_runs.glsl": [WHOLE | each for each in product(SKIPS=EITHER, CLASSIFICATION=(0, 2, 3), BRICKS=EITHER)],
+    "slab_stack.glsl": rows("slab_stack")[:8],
     "stack_walk.glsl": [seen | each for seen in VISIBLE for each in product(PERSPECTIVE=EITHER, BRICKS=EITHER)],
     "value_pieces.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "visible.glsl": VISIBLE,
-    "volume_texture.glsl": product(BRICKS=EITHER, GRADIENT=(0, 1, 2), WEIGHTS=EITHER, MISSING=EITHER),
+    "volume_texture.glsl": product(BRICKS=EITHER, GRADIENT=(0, 1, 2), WEIGHTS=EITHER, MISSING=EITHER, FETCHED=EITHER),
     "volume_walk.glsl": [
         each | {"HALF_SPACES": either, "INTERVAL": either, "SKIPS": either, "FACES": either}
         for each in OF_A_VOLUME
@@ -110,7 +122,7 @@ def test_an_include_compiles_with_nothing_of_its_includer(context: Context, tmp_
 
 
 def test_every_shader_file_is_reached_from_a_program() -> None:
-    stages = {file.stem for file in FOLDER.glob("*.vert")} | {file.stem for file in FOLDER.glob("*.frag")}
+    stages = {file.stem for end in ("vert", "frag", "comp") for file in FOLDER.glob(f"*.{end}")}
     assert "slab_stack" in stages
     included = set(itertools.chain.from_iterable(
         re.findall(r'#include "([^"]+)"', file.read_text()) for file in FOLDER.iterdir() if file.is_file()

@@ -11,6 +11,7 @@ from support.shader_programs import load
 from support.shader_switches import rows
 
 from texvol.opengl.contexts import Context
+from texvol.opengl.shaders import load_compute
 from texvol.textures.ramps import NUMBERS_OF_RAMPS
 
 PROGRAMS = "slab_stack", "slab_ends", "slab_polygon", "projection", "shadow", "several"
@@ -39,6 +40,14 @@ def test_every_few_values_that_meet_do_so_in_a_row(strength: int) -> None:
 def test_switches_that_meet_compile_together(context: Context, program: str) -> None:
     for row in rows(program):
         load(program, context, row)
+
+
+@pytest.mark.parametrize("program", ["slab_stack", "projection", "several"])
+def test_compute_shaders_compile_with_every_value_of_a_switch(context: Context, program: str) -> None:
+    for number, row in enumerate(rows(program, strength=1)):
+        named = {"DRAWN": f"{program}.glsl"}
+        load_compute(context.gl, "rays", named=named, defines=row | {"TARGET": number % 3, "BLENDING": number % 3})
+        context.gl.gc()
 
 
 def test_every_number_of_ramps_is_compiled() -> None:

@@ -240,3 +240,14 @@ def test_eight_bits_are_interpolated_in_single_precision(renderer: Renderer, dty
     ]
     # Some 30 slabs, each rounded to single precision in another order.
     np.testing.assert_allclose(pictures[0], pictures[1], atol=2e-5)
+
+
+def test_half_of_the_free_memory_of_a_graphics_card_is_for_textures(
+    context: Context, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(texture_store, "is_software", lambda context: False)
+    assert context.integer(0xFFFF) == 0 and context.gl.error == "GL_NO_ERROR"
+    for enumerant, budget in ((texture_store._NVIDIA_FREE, 4), (texture_store._AMD_FREE, 4), (None, 0.5)):
+        told = {enumerant: 8 << 20}  # kibibytes
+        monkeypatch.setattr(Context, "integer", lambda self, name, told=told: told.get(name, 0))
+        assert texture_store.default_budget(context) == budget * 2**30

@@ -294,7 +294,7 @@ def test_every_combination_of_switches_compiles(context: Context, lights: dict[s
     # Each pair of values of two switches.
     pairs = [(0, 0, 0, 0), (0, 1, 1, 1), (1, 0, 1, 0), (1, 1, 0, 1), (7, 0, 0, 1), (7, 1, 1, 0)]
     for planes, direction, lines, cue in pairs:
-        switches = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "LINES": lines, "CUE": cue}
+        switches = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "LINES": lines, "CUE": cue, "FETCHED": 0}
         load_program(context.gl, "surface", defines=NO_LIGHT | lights | switches)
     load_program(context.gl, "texels", vertex="corner.vert")
 
@@ -304,7 +304,14 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
     from texvol.opengl.uniforms import NOTHING_SPECIAL
 
     for direction, planes, bricks in [(0, 0, 0), (1, 2, 0), (1, 0, 1), (0, 2, 1)]:  # each pair
-        common = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "BRICKS": bricks, "INTERVAL": 1, "SKIPS": 1}
+        common = {
+            "PERSPECTIVE": direction,
+            "HALF_SPACES": planes,
+            "BRICKS": bricks,
+            "INTERVAL": 1,
+            "SKIPS": 1,
+            "FETCHED": 0,
+        }
         common |= {"CUE": 0, "COUNT": 0}
         if name == "projection":
             medium = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]

@@ -72,6 +72,22 @@ NORMAL_TO_HIGHER_VALUES: Mistake = (
     "vec3 normal_of(vec3 gradient, float magnitude)",
     "return normal_of_right(-gradient, magnitude);",
 )
+# A driver whose weights have 8 bits behind the binary point, as those of graphics cards have.
+_IN_EIGHT_BITS = """
+#if !FETCHED
+    position = (floor((position * size - 0.5) * 256.0 + 0.5) / 256.0 + 0.5) / size;
+#endif
+    return """
+EIGHT_BIT_WEIGHTS: tuple[Mistake, ...] = (
+    (
+        "vec4 interpolated(sampler3D texels, vec3 position)",
+        f"vec3 size = vec3(textureSize(texels, 0));{_IN_EIGHT_BITS}interpolated_right(texels, position);",
+    ),
+    (
+        "vec4 interpolated_entry(sampler2D table, vec2 position)",
+        f"vec2 size = vec2(textureSize(table, 0));{_IN_EIGHT_BITS}interpolated_entry_right(table, position);",
+    ),
+)
 # Texels of `extinction` with the straight colour, weighted by opacity only after the fetch.
 STRAIGHT_COLOUR: tuple[Mistake, ...] = (
     Attribute("texvol.textures.slab_texture._medium_encoder", _straight),

@@ -60,7 +60,7 @@ MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
 OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
 OF_A_VOLUME: list[dict[str, int]] = [
     {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
-    | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0}
+    | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0, "FETCHED": 0}
     for each in (
         *({"CLASSIFICATION": classification} for classification in range(4)),
         {"CLASSIFICATION": 2, "RAMPS": 2, "WEIGHTS": 1},

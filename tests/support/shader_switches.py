@@ -36,7 +36,7 @@ UNLIT = fixed(NO_LIGHT)
 
 # Switches of what ends and begins rays, and of what is drawn.
 RAYS = {"PERSPECTIVE": EITHER, "HALF_SPACES": (0, 1, 3), "INTERVAL": EITHER, "CUE": EITHER, "COUNT": EITHER}
-_WHERE = {"BRICKS": EITHER, "SKIPS": EITHER}
+_WHERE = {"BRICKS": EITHER, "SKIPS": EITHER, "FETCHED": EITHER}
 _VALUES = {"RAMPS": (0, SOME, MANY), "EMISSIVE": (0, 1, 2), "MISSING": EITHER, "WEIGHTS": EITHER}
 _NOTHING = fixed(NOTHING_SPECIAL) | UNLIT
 # Distributions of values, see texvol/textures/spread_texture.py.
@@ -62,7 +62,7 @@ def _classified() -> Blocks:
 
 
 def slab_stack_blocks() -> Blocks:
-    """Blocks of slab_stack.frag."""
+    """Blocks of slab_stack.glsl."""
     common = RAYS | _WHERE | {"CAPS": EITHER, "AT_ONCE": (2,)}
     slab, extinction = _NOTHING | {"CLASSIFICATION": (0,)}, _NOTHING | {"CLASSIFICATION": (1,), "SHALLOW": EITHER}
     few_registers = {"RAMPS": (SOME, MANY), "WEIGHTS": (0,), "SHALLOW": EITHER, "CLASSIFICATION": (2,)}
@@ -80,7 +80,7 @@ def polygon_blocks() -> Blocks:
 
 
 def several_blocks() -> Blocks:
-    """Blocks of several.frag with two volumes."""
+    """Blocks of several.glsl with two volumes."""
     blocks: Blocks = []
     media: Blocks = [_NOTHING | {"CLASSIFICATION": (1,)}, *_classified()]
     for media_of_both in ((first, second) for first in media for second in media):
@@ -95,7 +95,7 @@ def several_blocks() -> Blocks:
 
 
 def projection_blocks() -> Blocks:
-    """Blocks of projection.frag."""
+    """Blocks of projection.glsl."""
     common = RAYS | _WHERE | UNLIT | {"WEIGHTS": (0,), "GRADIENT": (0,), "DEPTH": (0,), "ISOVALUES": (0,)}
     surface = common | _WITH_GRADIENT | {"MODE": (3,), "MISSING": EITHER}
     surfaces = surface | {"MODE": (4,), "ISOVALUES": (1, 3)}
@@ -112,14 +112,17 @@ def shadow_blocks() -> Blocks:
     """Blocks of shadow.frag."""
     switches = fixed(NOTHING_SPECIAL) | _VALUES
     del switches["WHOLE_SLABS"]
-    common = switches | {"HALF_SPACES": RAYS["HALF_SPACES"], **dict.fromkeys(("POINT", "ELSEWHERE", "BRICKS"), EITHER)}
+    where = dict.fromkeys(("POINT", "ELSEWHERE", "BRICKS", "FETCHED"), EITHER)
+    common = switches | {"HALF_SPACES": RAYS["HALF_SPACES"], **where}
     # The picture's light wants gradients also where nothing else does.
     return [common | gradient for gradient in ({"GRADIENT": (0, 1, 2)}, *_graded("MODULATIONS", "GRADED", "CONTOURS"))]
 
 
 @cache
-def rows(program: str) -> list[dict[str, int]]:
+def rows(program: str, strength: int | None = None) -> list[dict[str, int]]:
     """Rows of switches of a program: every three that meet, or fewer where there are many switches or known includes.
+
+    Or every so many as `strength` says.
 
     Numbers of ramps up to 3 stand for each other, and so do the larger ones: all of them occur.
     """
@@ -132,9 +135,9 @@ def rows(program: str) -> list[dict[str, int]]:
         "shadow": shadow_blocks(),
     }
     ramps = {SOME: cycle(NUMBERS_OF_RAMPS[:2]), MANY: cycle(NUMBERS_OF_RAMPS[2:])}
-    # The programs of polygons are made of the includes of slab_stack.frag.
-    strength = {"several": 2, "slab_ends": 1, "slab_polygon": 1}.get(program, 3)
-    found = covering(blocks[program], strength)
+    # The programs of polygons are made of the includes of slab_stack.glsl.
+    usual = {"several": 2, "slab_ends": 1, "slab_polygon": 1}.get(program, 3)
+    found = covering(blocks[program], strength or usual)
     return [
         {name: next(ramps[value]) if name.startswith("RAMPS") and value else value for name, value in row.items()}
         for row in found

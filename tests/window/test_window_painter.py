@@ -118,6 +118,18 @@ def studio() -> Iterator[Studio]:
     made.shared.close()
 
 
+def test_a_painter_draws_on_the_device_that_is_asked_for() -> None:
+    shared, woken = SharedArrays(), threading.Event()
+    painter = Painter(shared, woken.set, device="titan")
+    try:
+        assert woken.wait(PATIENCE)
+        (answer,) = painter.answers()
+        assert answer.kind == "failed" and "got 'titan'; there are: " in answer.text
+    finally:
+        painter.close()
+        shared.close()
+
+
 def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
     (answer,) = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
     with Renderer() as renderer:
@@ -157,7 +169,8 @@ def test_at_rest_the_error_is_what_was_wanted(studio: Studio, kind: Any) -> None
 
 
 def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> None:
-    from texvol.opengl import compositor, piecewise
+    from texvol.opengl import compositor
+    from texvol.opengl import pieces as of_frames
     from texvol.window import painting
 
     pieces, draw_triangles = 0, compositor.draw_triangles
@@ -168,9 +181,8 @@ def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> 
         draw_triangles(*how)
 
     monkeypatch.setattr(compositor, "draw_triangles", counted)
-    monkeypatch.setattr(piecewise, "_FIRST_ROWS", 5)
-    monkeypatch.setattr(piecewise, "_FEWEST_ROWS", 5)
-    monkeypatch.setattr(piecewise, "_PIECE", 0.0)  # no piece ever grows
+    monkeypatch.setattr(of_frames, "_FEWEST", 5)
+    monkeypatch.setattr(of_frames, "_HEARD", 0.0)  # no piece ever grows
     renderer = painting.PiecewiseRenderer()
     try:
         whole = renderer.render(SCENE, SIZE, sampling_rate=3)
@@ -184,7 +196,7 @@ def test_a_picture_in_pieces_is_the_picture(monkeypatch: pytest.MonkeyPatch) -> 
             assert pieces == 1 + 2 * drawn, "the very same is not drawn again"
     finally:
         renderer.close()
-    assert drawn == np.ceil(SIZE[1] / 5)
+    assert drawn == np.ceil(SIZE[0] / 5) * np.ceil(SIZE[1] / 5)
     assert np.array_equal(whole, parts) and np.array_equal(again, same) and not np.array_equal(whole, again)
 
 

@@ -12,8 +12,9 @@ from texvol.util.errors import InputError
 
 
 def add_backend(group: argparse._ActionsContainer) -> None:
-    """Add --backend."""
+    """Add --backend and --device."""
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")
+    add_device(group)
 
 
 def add_device(group: argparse._ActionsContainer) -> None:

@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> None:
     from texvol.scene.demo import demo_scene
 
     image.check_writable(arguments.output)
-    with Renderer(arguments.backend) as renderer:
+    with Renderer(arguments.backend, device=arguments.device) as renderer:
         scene = demo_scene()
         picture = renderer.render(scene, (512, 512), sampling_rate=2)
         scene = renderer.drawn_scene or scene

@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from texvol.cli.common import add_device
 from texvol.options import texts
 from texvol.util import writing
 from texvol.util.errors import InputError
@@ -75,6 +76,7 @@ def add_diff(commands: Any) -> None:
         help="plant mistakes in a scene (an EXR that texvol drew, a volume, a scene file with a volume) and show which "
         "of them the limits catch; status 1 if a mistake is missed",
     )  # fmt: skip
+    add_device(oracle)
     _add_output(parser)
     parser.set_defaults(run=run)
 
@@ -169,7 +171,7 @@ def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
         return outcome
     from texvol.comparison.judged import judged
 
-    return judged(outcome, volume=arguments.volume, required=bool(wanted))
+    return judged(outcome, volume=arguments.volume, required=bool(wanted), device=arguments.device)
 
 
 def _new(arguments: argparse.Namespace) -> int:
@@ -193,7 +195,7 @@ def _self_test(arguments: argparse.Namespace, chosen: Limits | None) -> int:
     if arguments.output:
         raise InputError("--output needs two pictures: with --self-test use --html")
     stored, size = scene_of(arguments.self_test, volume=arguments.volume)
-    found = self_test.self_test(stored, size, chosen or limits.ONE_DRIVER)
+    found = self_test.self_test(stored, size, chosen or limits.ONE_DRIVER, device=arguments.device)
     if arguments.html:
         from texvol.comparison import self_test_page
 

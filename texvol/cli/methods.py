@@ -54,7 +54,6 @@ def run(arguments: argparse.Namespace) -> None:
     folder.check_libraries("texvol methods")
     scene = scene_options.scene(scene_options.load(), lit_by_default=False)  # no method of the survey draws light
     command = shlex.join(["texvol", *arguments.line])
-    page = methods_report(
-        scene, arguments.output, scene_options.size, names, backend=arguments.backend, command=command
-    )
+    how = {"backend": arguments.backend, "device": arguments.device, "command": command}
+    page = methods_report(scene, arguments.output, scene_options.size, names, **how)
     say(str(page.resolve()))

@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> None:
     size = arguments.size or (_TILE, _TILE)
     if min(size) < 48 or max(size) > 4096:
         raise InputError(f"--size must be from 48 to 4096 pixels along each side, got {size[0]}x{size[1]}")
-    tiles = _tiles(_volume(arguments), size, arguments.backend)
+    tiles = _tiles(_volume(arguments), size, arguments.backend, arguments.device)
     image.write(arguments.output, _sheet(tiles))
     say(f"{arguments.output}: {len(tiles)} looks: {', '.join(name for name, _ in tiles)}")
 
@@ -60,7 +60,9 @@ def _volume(arguments: argparse.Namespace) -> Volume:
     return demo_volume()
 
 
-def _tiles(volume: Volume, size: tuple[int, int], backend: str) -> list[tuple[str, NDArray[np.float32]]]:
+def _tiles(
+    volume: Volume, size: tuple[int, int], backend: str, device: str | None
+) -> list[tuple[str, NDArray[np.float32]]]:
     """Return names and pictures of the looks: first that without a name, then all presets."""
     from texvol.rendering.renderer import Renderer
     from texvol.scene.looks import look_for, look_of, seen_as
@@ -72,7 +74,7 @@ def _tiles(volume: Volume, size: tuple[int, int], backend: str) -> list[tuple[st
     # Labels have no presets: these are of measured values.
     looks += [] if volume.labels else [(name, volume, look_of(name, volume)) for name in PRESETS]
     tiles: list[tuple[str, NDArray[np.float32]]] = []
-    with Renderer(backend) as renderer, status_line() as show:
+    with Renderer(backend, device=device) as renderer, status_line() as show:
         for number, (name, seen, look) in enumerate(looks, 1):
             show(f"texvol: look {number} of {len(looks)}, {name}")
             medium = look.transfer_function

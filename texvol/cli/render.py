@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from texvol.cli import courses
 from texvol.cli.coarse_pictures import planned, show_coarse_pictures
-from texvol.cli.common import add_backend, add_depth, add_device, check_outputs
+from texvol.cli.common import add_backend, add_depth, check_outputs
 from texvol.cli.summary import reasons, summary
 from texvol.cli.workers import add_workers, workers_of
 from texvol.formats.films import containers as film_formats
@@ -42,7 +42,7 @@ _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
     *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
-    "level_error",
+    *("level_error", "interpolation"),
 )
 
 
@@ -91,15 +91,21 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
         help="compare N random pixels, or all, with the oracle and print the error; also in --stats and the header",
     )  # fmt: skip
     _add_textures(group)
+    _add_device(group)
 
 
 def _add_textures(group: Any) -> None:
-    """Add options of textures, target and device."""
+    """Add options of textures and of the target."""
     group.add_argument("--texture-format", choices=_FORMATS, default="auto", help="format of the 3D texture")
     group.add_argument(
         "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto",
         help="texels of slab and extinction along an axis for a sample (1; auto for --classification auto); auto: as "
         "many as show, and fit",
+    )  # fmt: skip
+    group.add_argument(
+        "--interpolation", choices=("auto", "driver", "shader"), default="auto",
+        help="what interpolates texels: the driver, whose weights often have 8 bits, or the shader; auto: the driver, "
+        "but for a --max-error that such weights do not keep",
     )  # fmt: skip
     group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
     group.add_argument(
@@ -110,7 +116,16 @@ def _add_textures(group: Any) -> None:
         "--skip-empty", action=argparse.BooleanOptionalAction, default=True,
         help="skip cells in which nothing shows (default); the picture is the same",
     )  # fmt: skip
+
+
+def _add_device(group: Any) -> None:
+    """Add options of what draws, in which memory, and of its report."""
     add_slicing(group)
+    group.add_argument(
+        "--pipeline", choices=("auto", "fragment", "compute"), default="auto",
+        help="what walks the slabs: fragments of polygons, or a compute shader (OpenGL 4.3), the same picture; auto: "
+        "the faster, by a probe",
+    )  # fmt: skip
     group.add_argument("--plan", action="store_true", help="print what a volume in a store would take, and stop")
     group.add_argument(
         "--progressive", action="store_true",
@@ -122,7 +137,6 @@ def _add_textures(group: Any) -> None:
         help="megabytes (10^6 bytes) for textures (half of the free memory); larger volumes are drawn in bricks",
     )  # fmt: skip
     add_backend(group)
-    add_device(group)
     group.add_argument(
         "--stats", type=texts.file_name, metavar="FILE.json", help="write settings, seconds and estimated error"
     )
@@ -184,14 +198,13 @@ def run(arguments: argparse.Namespace) -> None:
 @contextmanager
 def _renderer(arguments: argparse.Namespace, is_single: bool) -> Iterator[Renderer]:
     """Open a renderer of this process, or of workers, whose progress is shown on a terminal."""
-    from texvol.opengl.piecewise import PiecewiseCompositor
     from texvol.rendering.renderer import Renderer
 
     stage("drawing and checking" if arguments.check else "drawing")
     workers = workers_of(arguments)
     if workers is None:
-        how = {"texture_memory": arguments.texture_memory, "compositor": PiecewiseCompositor}
-        with Renderer(arguments.backend, device=arguments.device, **how) as renderer:
+        how = {name: vars(arguments)[name] for name in ("device", "texture_memory", "pipeline")}
+        with Renderer(arguments.backend, **how) as renderer:
             yield renderer
         return
     from texvol.distributed.renderer import DistributedRenderer
@@ -287,8 +300,10 @@ def _check(arguments: argparse.Namespace, scene_options: options.SceneOptions) -
     if arguments.stats:
         writing.check_writable(arguments.stats)
     check_outputs(arguments, scene_options)
-    if arguments.device is not None and (arguments.workers is not None or arguments.dask is not None):
-        raise InputError("--device does not go with --workers and --dask, which choose their own")
+    if arguments.workers is not None or arguments.dask is not None:
+        for name, usual in (("device", None), ("pipeline", "auto")):
+            if vars(arguments)[name] != usual:
+                raise InputError(f"--{name} does not go with --workers and --dask, which choose their own")
     if arguments.repeat < 1:
         raise InputError(f"--repeat must be at least 1, got {arguments.repeat}")
     courses.check(arguments, scene_options)

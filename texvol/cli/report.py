@@ -41,6 +41,6 @@ def run(arguments: argparse.Namespace) -> None:
     report.check_libraries()
     scene = scene_options.scene(scene_options.load(), lit_by_default=False)
     command = shlex.join(["texvol", *arguments.line])
-    how = {"backend": arguments.backend, "quick": arguments.quick, "command": command}
+    how = {"backend": arguments.backend, "device": arguments.device, "quick": arguments.quick, "command": command}
     page = report.report(scene, arguments.output, scene_options.size, **how)
     say(str(page.resolve()))

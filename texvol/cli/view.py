@@ -42,6 +42,7 @@ def add_view(commands: Any) -> None:
         "--slicing", choices=SLICINGS, default="stacks", help="how slabs of the picture at rest are drawn, see render"
     )
     window.add_argument("--frame-rate", type=texts.frames_per_second, metavar="F", help="target while moving (30)")
+    add_device(window)
     window.add_argument("--panels", action=argparse.BooleanOptionalAction, default=True, help="panels in the window")
     served = parser.add_argument_group("window in a browser")
     served.add_argument(
@@ -52,7 +53,6 @@ def add_view(commands: Any) -> None:
     served.add_argument("--viewers", type=viewers, metavar="N", help="browsers that may look at it at once (1)")
     served.add_argument("--backend", choices=("auto", "egl", "osmesa"), help="OpenGL library that draws it (auto)")
     served.add_argument("--files", action="append", metavar="FOLDER", help=_FILES)
-    add_device(served)
     played = parser.add_argument_group("recorded input")
     played.add_argument("--script", metavar="FILE", help="play this input back")
     played.add_argument("--record", type=texts.file_name, metavar="FILE", help="write the input as a script")
@@ -105,7 +105,7 @@ def _served(arguments: argparse.Namespace) -> Any:
     from texvol.window.remote.address import address, is_address, token
 
     if arguments.serve is None:
-        for name in ("token", "viewers", "backend", "files", "device"):
+        for name in ("token", "viewers", "backend", "files"):
             if getattr(arguments, name) is not None:
                 raise InputError(f"--{name} is of a window in a browser: give --serve with it")
         return None
@@ -159,7 +159,7 @@ def _plan(arguments: argparse.Namespace, check: Callable[[], None]) -> Any:
     from texvol.window.document import opened
     from texvol.window.plan import Plan
 
-    given: dict[str, Any] = {"slicing": arguments.slicing}
+    given: dict[str, Any] = {"slicing": arguments.slicing, "device": arguments.device}
     if arguments.max_error is not None:
         if not 0 < arguments.max_error < 1:
             raise InputError(f"--max-error must be over 0 and under 1, got {arguments.max_error:g}")

@@ -24,10 +24,10 @@ _WORDS = "the candidate equals the scene drawn with a mistake"
 _BAND = 32  # a dropped slab is searched in 1/32 of the rows
 
 
-def mistakes_that_explain(candidate: Picture, stored: StoredScene) -> tuple[Kind, ...]:
+def mistakes_that_explain(candidate: Picture, stored: StoredScene, device: int | str | None = None) -> tuple[Kind, ...]:
     """Return the mistakes whose picture of a scene is far nearer to a candidate than the right one, nearest first.
 
-    `stored` is the scene that the candidate should show.
+    `stored` is the scene that the candidate should show, `device` as for `Renderer`.
     """
     pixels = candidate.pixels.astype(np.float64)
     channels = 4 if candidate.has_opacity else 3
@@ -38,7 +38,7 @@ def mistakes_that_explain(candidate: Picture, stored: StoredScene) -> tuple[Kind
     def seen(picture: NDArray) -> NDArray[np.float64]:
         return form.of_truth(picture, stored)[..., :channels]
 
-    with PlantedRenderer() as renderer:
+    with PlantedRenderer(device=device) as renderer:
         trial = MistakeTrial(renderer, stored, (pixels.shape[1], pixels.shape[0]))
         ours, right = pixels[..., :channels], seen(trial.right)
         rounding = ROUNDING * float(np.abs(right[np.isfinite(right)]).max(initial=1.0))

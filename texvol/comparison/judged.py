@@ -32,6 +32,7 @@ def judged(
     required: bool = False,
     scene: Scene | None = None,
     explain: bool = True,
+    device: int | str | None = None,
 ) -> Outcome:
     """Return the outcome with the oracle's verdict, as far as the scenes and their volumes are found.
 
@@ -45,6 +46,8 @@ def judged(
         The candidate's scene, if it is in memory; the reference's scene may have the same volumes.
     explain : bool
         True to search for mistakes of a renderer that explain the candidate.
+    device : int or str, optional
+        That draws these, as for `Renderer`.
 
     Raises
     ------
@@ -64,7 +67,7 @@ def judged(
         outcome = _with_verdict(outcome, found, faults)
         outcome = replace(outcome, notes=(*outcome.notes, *_taken_as_they_are(outcome)))
         if explain:
-            outcome = replace(outcome, kinds=_explained(outcome, found.get("candidate")) + outcome.kinds)
+            outcome = replace(outcome, kinds=_explained(outcome, found.get("candidate"), device) + outcome.kinds)
     except TexvolError as error:
         if required:
             raise
@@ -140,11 +143,11 @@ def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
     return form.of_truth(raycast(stored.scene, (width, height), texture_refinement=stored.texture_refinement), stored)
 
 
-def _explained(outcome: Outcome, own: StoredScene | None) -> tuple[Any, ...]:
+def _explained(outcome: Outcome, own: StoredScene | None, device: int | str | None) -> tuple[Any, ...]:
     """Return the mistakes of a renderer that explain the candidate, if it differs and was drawn in slabs."""
     candidate = outcome.candidate
     if own is None or outcome.status != "different" or not own.settings or own.shows_numbers:
         return ()
     from texvol.comparison.explaining import mistakes_that_explain
 
-    return mistakes_that_explain(candidate, own)
+    return mistakes_that_explain(candidate, own, device)

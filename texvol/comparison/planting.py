@@ -87,6 +87,7 @@ class PlantedCompositor(Compositor):
         super().__init__(context, shaders)
         self._dropped = mistake.dropped
         self._rows: tuple[int, int] | None = None
+        self.pipeline = "fragment"  # whose blending and rows of pixels mistakes are of
         if mistake.under is not None:
             self.under = mistake.under
 

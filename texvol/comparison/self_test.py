@@ -147,17 +147,24 @@ class SelfTest:
 
 
 def self_test(
-    stored: StoredScene, size: tuple[int, int], limits: Limits, *, backend: str = "auto", controls: bool = True
+    stored: StoredScene,
+    size: tuple[int, int],
+    limits: Limits,
+    *,
+    device: int | str | None = None,
+    controls: bool = True,
 ) -> SelfTest:
     """Plant every mistake in a scene, and compare each picture with the right one.
 
     Parameters
     ----------
     size : (width, height)
+    device : int or str, optional
+        As for `Renderer`.
     controls : bool
         True to try other back ends as well.
     """
-    with PlantedRenderer(backend) as renderer:
+    with PlantedRenderer(device=device) as renderer:
         trial = MistakeTrial(renderer, stored, size)
         judge = _Judge(trial, limits)
         rows = [judge.control("no mistake", "the same picture, drawn again", trial.draw())]

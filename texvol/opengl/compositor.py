@@ -8,8 +8,9 @@ premultiplied colour and opacity of everything in front of the next stack:
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -19,15 +20,17 @@ from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing
+from texvol.opengl.filtering import COARSE, weights_error
+from texvol.opengl.pieces import Pieces, Region
+from texvol.opengl.pipelines import StackDraw, covered, draw_rays, faster, has_compute
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
-from texvol.opengl.texture_store import MODERNGL_TYPES
+from texvol.opengl.texture_store import MODERNGL_TYPES, is_software
 from texvol.opengl.uniforms import picture_uniforms, single_switches, skip_uniforms, volume_uniforms
 from texvol.scene.picture_size import AnySize, checked_size
 from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
-Region = tuple[int, int, int, int]  # x, y, width, height in pixels, from the lower left corner
 Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
 
 
@@ -40,11 +43,15 @@ class Compositor:
     under = (moderngl.ONE_MINUS_DST_ALPHA, moderngl.ONE)  # factors of what is drawn, and of what is there already
 
     def __init__(self, context: Context, shaders: Path = FOLDER) -> None:
-        self._gl = context.gl
-        self._programs = Programs(context.gl, shaders)
+        self._context, self._gl = context, context.gl
+        self._shaders, self._programs = shaders, Programs(context.gl, shaders)
         self._target: moderngl.Framebuffer | None = None
         self._target_key: tuple[tuple[int, int], str] | None = None
-        self._regions: tuple[Region, ...] | None = None  # that `blend` draws into; None: all
+        self._regions: tuple[Region, ...] | None = None  # that are drawn into; None: all
+        self._frame = Pieces(context.gl.finish)
+        self.pipeline = "auto"  # see pipelines.py
+        self.drawn_by = "fragment"  # pipeline of the last picture
+        self._faster: str | None = None  # pipeline that "auto" takes
         self._layers: dict[tuple[int, ...], Layers] = {}  # of the target's size, by the components of each
 
     def checked_size(self, size: AnySize) -> tuple[int, int]:
@@ -61,6 +68,16 @@ class Compositor:
         """Largest number of textures of a drawing."""
         return int(self._gl.info["GL_MAX_TEXTURE_IMAGE_UNITS"])
 
+    @cached_property
+    def weights_error(self) -> float:
+        """Largest error of the weights with which the driver interpolates textures."""
+        return weights_error(self._context, self._shaders)
+
+    @property
+    def has_coarse_weights(self) -> bool:
+        """True if the weights have too few digits for a fine picture, as on most graphics cards."""
+        return self.weights_error > COARSE
+
     @property
     def target(self) -> moderngl.Framebuffer:
         """Framebuffer that the picture is drawn into."""
@@ -69,6 +86,8 @@ class Compositor:
 
     def begin(self, drawing: Drawing, target_format: str = "rgba32f") -> None:
         """Clear the target for a new picture."""
+        self.drawn_by = "fragment"
+        self._frame.begin()
         target = self._target_of(drawing.view.size, target_format)
         target.use()
         nothing = drawing.projection.nothing if drawing.projection and not drawing.count else (0.0, 0.0, 0.0, 0.0)
@@ -97,9 +116,42 @@ class Compositor:
         blending: str,
     ) -> None:
         """Draw the polygons of slab stacks by the program of that name; `units` are textures by their samplers."""
-        program = self.program(name, switches, "slab_stack.vert")
-        bind(program, units, uniforms)
-        self.blend(program, blending, *triangles_of(stacks))
+        draw = StackDraw(name, switches, stacks, units, uniforms, blending)
+        self.drawn_by = self._pipeline_for(draw)
+        self._draw_by(self.drawn_by, draw)
+
+    def _draw_by(self, pipeline: str, draw: StackDraw) -> None:
+        if pipeline == "compute":
+            draw_rays(self._gl, self._programs, self.target, draw, self._pieces((pipeline, *draw.kind), draw.slabs))
+            return
+        program = self.program(draw.name, draw.switches, "slab_stack.vert")
+        bind(program, draw.units, draw.uniforms)
+        self.blend(program, draw.blending, *triangles_of(draw.stacks), kind=draw.kind, slabs=draw.slabs)
+
+    def _pipeline_for(self, draw: StackDraw) -> str:
+        """Return the pipeline that was asked for, or the one that drew the first stacks faster."""
+        if self.pipeline != "auto":
+            return self.pipeline
+        if self._faster is None:
+            # A software driver does both on the same cores, and compiling takes longer than it could save.
+            is_fixed = is_software(self._context) or not has_compute(self._context)
+            self._faster = "fragment" if is_fixed else self._probed(draw)
+        return self._faster
+
+    def _probed(self, draw: StackDraw) -> str:
+        """Return the faster pipeline for stacks, by drawing some of their pixels into another target."""
+        whole, regions = self._target, self._regions
+        self._target, _ = self._cleared_layers((4,))
+
+        def draw_by(pipeline: str, region: Region) -> None:
+            self._regions = (region,)
+            self._draw_by(pipeline, draw)
+            self._gl.finish()
+
+        try:
+            return faster(draw_by, covered(draw.stacks, self.target.size))
+        finally:
+            self._target, self._regions = whole, regions
 
     def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
         """Return the program of `name`.frag and a vertex shader."""
@@ -112,8 +164,13 @@ class Compositor:
         vertices: NDArray[np.float32],
         layout: str,
         *attributes: str,
+        kind: Hashable = "",
+        slabs: float = 1.0,
     ) -> None:
-        """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers."""
+        """Draw triangles, each behind what is there ("under"); or "add" them to it, or keep the "largest" numbers.
+
+        Pixels of one `kind`, of up to so many `slabs`, take about as long.
+        """
         gl = self._gl
         gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
         gl.enable(moderngl.BLEND)
@@ -122,7 +179,7 @@ class Compositor:
         gl.blend_func = self.under if blending == "under" else (moderngl.ONE, moderngl.ONE)
         target = self.target
         try:
-            for piece in self._pieces():
+            for piece in self._pieces(kind, slabs):
                 target.scissor = piece  # type: ignore[assignment]
                 target.use()
                 draw_triangles(gl, program, vertices, layout, *attributes)
@@ -139,9 +196,9 @@ class Compositor:
         finally:
             self._regions = None
 
-    def _pieces(self) -> Iterator[Region | None]:
-        """Yield what `blend` draws into, one after the other; None is the whole target."""
-        yield from (None,) if self._regions is None else self._regions
+    def _pieces(self, kind: Hashable, slabs: float) -> Iterator[Region | None]:
+        """Yield what is drawn into, one after the other; None is the whole target."""
+        return self._frame.of(self._regions, self.target.size, kind, slabs)
 
     def composite(
         self, layer: moderngl.Texture, blending: str = "under", factor: tuple[float, ...] = (1.0, 1.0, 1.0, 1.0)
@@ -186,6 +243,7 @@ class Compositor:
     def finish(self) -> None:
         """Wait until everything asked for is drawn."""
         self._gl.finish()
+        self._frame.end()
 
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
         """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""

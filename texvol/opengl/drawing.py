@@ -68,6 +68,7 @@ class DrawnVolume:
     lighting: Lighting | None = None  # on a medium that the shader classifies; other texels are lit when baked
     light_transmittance: moderngl.Texture3D | None = None  # from the nodes of the box to each light that casts shadows
     bounds: ValueBounds | None = None  # of cells that a ray skips in modes mip and minip
+    fetched: bool = False  # True if the shader interpolates texels, in place of the driver
 
     def samplers(self, brick: Brick) -> dict[str, AnyTexture]:
         """Return the textures of a brick by the names of their samplers; they are uploaded if they are not there."""

@@ -50,11 +50,12 @@ def draw(compositor: Compositor, drawing: Drawing, brick: Brick, part: Numbers, 
 
     compositor.composite(front, blending)
     program = compositor.program("slab_polygon", switches, "slab_polygon.vert")
+    kind = ("slab_polygon", *sorted(switches.items()))
     for vertices, projection in _polygons(drawing, part, slabs):
         given = units | {"whole_range": whole_range}, uniforms | projection
         bind(program, *(used(program, each) for each in given))
         with compositor.apart(blending):
-            compositor.blend(program, blending, vertices, *_LAYOUT)
+            compositor.blend(program, blending, vertices, *_LAYOUT, kind=kind, slabs=_AT_ONCE)
     compositor.composite(behind, blending)
 
 

@@ -67,7 +67,7 @@ class Isovalue:
 
 @dataclass(frozen=True)
 class ValueProjection:
-    """Projection of the values, for the shader projection.frag; with `depth`, the depth of the first isosurface.
+    """Projection of the values, for the shader projection.glsl; with `depth`, the depth of the first isosurface.
 
     `looks` are straight colours and opacities of the isosurfaces, shape (n, 4).
     """

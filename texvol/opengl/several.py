@@ -1,4 +1,4 @@
-"""Several volumes in one drawing: each ray goes through all of them at once, and their media add up; see several.frag.
+"""Several volumes in one drawing: each ray goes through all of them at once, and their media add up; see several.glsl.
 
 Imported, compiled and allocated when a scene has more than one volume, or labels.
 """
@@ -67,7 +67,7 @@ def _block_uniforms(drawing: Drawing) -> dict[str, Any]:
 
 
 def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:
-    """Switches of several.frag."""
+    """Switches of several.glsl."""
     switches = picture_switches(drawing) | {
         "VOLUMES": len(drawing.volumes),
         "CAPS": int(drawing.cutting.caps),

@@ -7,6 +7,8 @@ Lines from `#each SWITCH` to `#end` stand as often as the switch says, each time
 `@` and at the end of every name that the lines or what they include declare, of names that end in a number, and of
 switches that come with one: so what is written for one can be had several times.
 
+A file may also `#include NAME`, of which whoever loads it says which file that is.
+
 A `flat uniform` of a fragment shader is a uniform that comes to it through the vertex shader, as a flat input: Mesa's
 software driver fetches a uniform for each pixel of a vector by itself, and what is flat once for all. There is room for
 some 30 of them, of up to four numbers: in lines that stand several times, and for drivers that have less, each is a
@@ -16,12 +18,12 @@ plain uniform.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar, cast
 
 import moderngl
 import numpy as np
@@ -34,6 +36,7 @@ from texvol.util.termination import postponed
 FOLDER = next((path for path in (PACKAGE / "shaders", PACKAGE.parent / "shaders") if path.is_dir()), PACKAGE)
 
 _INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"\s*$')
+_INCLUDE_NAMED = re.compile(r"^#include ([A-Z]+)$")
 _EACH = re.compile(r"^#each (\w+)$")
 _END = "#end"
 # A declaration begins its line: nothing inside of a function or a struct does.
@@ -55,6 +58,8 @@ _LINES_PER_FILE = 10_000
 _POSITION = re.compile(r"^(?:ERROR: )?\d+(?::(\d+)(?:\(\d+\))?|\((\d+)\)) ?: ?", re.MULTILINE)
 
 
+AnyProgram = moderngl.Program | moderngl.ComputeShader
+Program = TypeVar("Program", moderngl.Program, moderngl.ComputeShader)
 _MOST_PROGRAMS = 64  # kept: some 4 MB each in Mesa's software driver; scenes that alternate use a few
 WHOLE_TARGET = np.array([-1, -1, 3, -1, -1, 3], np.float32)  # `in_position` of a triangle that covers every pixel
 
@@ -68,14 +73,22 @@ class Programs:
 
     def __init__(self, gl: moderngl.Context, folder: Path) -> None:
         self._gl, self._folder = gl, folder
-        self.kept: dict[tuple[Any, ...], moderngl.Program] = {}
+        self.kept: dict[tuple[Any, ...], AnyProgram] = {}
 
     def program(self, name: str, switches: Mapping[str, int], vertex: str) -> moderngl.Program:
         """Return the program of `name`.frag and a vertex shader."""
+        load = partial(load_program, self._gl, name, defines=switches, vertex=vertex, folder=self._folder)
         key = (name, *sorted(switches.items()))
-        program = self.kept.pop(key, None) or load_program(
-            self._gl, name, defines=switches, vertex=vertex, folder=self._folder
-        )
+        return self._kept(key, load)
+
+    def compute(self, drawn: str, switches: Mapping[str, int]) -> moderngl.ComputeShader:
+        """Return the compute shader rays.comp, which draws what `drawn`.glsl does."""
+        named = {"DRAWN": f"{drawn}.glsl"}
+        load = partial(load_compute, self._gl, "rays", named=named, defines=switches, folder=self._folder)
+        return self._kept((f"rays.comp {drawn}", *sorted(switches.items())), load)
+
+    def _kept(self, key: tuple[Any, ...], load: Callable[[], Program]) -> Program:
+        program = cast(Program, self.kept.pop(key, None)) or load()
         self.kept[key] = program  # the last one used is the last
         if len(self.kept) > _MOST_PROGRAMS:
             self.kept.pop(next(iter(self.kept))).release()
@@ -127,7 +140,35 @@ def load_program(
         raise ShaderError(f"{' and '.join(names)}: {_with_files(str(error), files)}") from None
 
 
-def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
+def load_compute(
+    gl: moderngl.Context,
+    name: str,
+    *,
+    named: Mapping[str, str] = MappingProxyType({}),
+    defines: Mapping[str, int] = MappingProxyType({}),
+    folder: Path = FOLDER,
+) -> moderngl.ComputeShader:
+    """Return the compute shader `name`.comp, which the caller releases; `gl` is current.
+
+    `named` are the files that it includes by names.
+
+    Raises
+    ------
+    ShaderError
+        As for `load_program`.
+    """
+    files: list[str] = []
+    source = _source(folder, f"{name}.comp", defines, files, named)
+    names = " and ".join([f"{name}.comp", *named.values()])
+    _check_switches([source], defines, names)
+    try:
+        with postponed():  # see load_program
+            return gl.compute_shader(source.replace("\nflat uniform ", "\nuniform "))
+    except moderngl.Error as error:
+        raise ShaderError(f"{names}: {_with_files(str(error), files)}") from None
+
+
+def set_uniforms(program: AnyProgram, values: Mapping[str, Any]) -> None:
     """Set uniforms by name.
 
     Raises
@@ -147,19 +188,19 @@ def set_uniforms(program: moderngl.Program, values: Mapping[str, Any]) -> None:
             raise ShaderError(f"uniform {name} cannot be {value!r}: {error}") from error
 
 
-def used(program: moderngl.Program, named: Mapping[str, Any]) -> dict[str, Any]:
+def used(program: AnyProgram, named: Mapping[str, Any]) -> dict[str, Any]:
     """Return those of the uniforms or textures of another program that this one has as well."""
     active = _active(program)
     return {name: value for name, value in named.items() if name in active}
 
 
-def _active(program: moderngl.Program) -> dict[str, str]:
+def _active(program: AnyProgram) -> dict[str, str]:
     """The names of a program's uniforms, and those that they have in the program itself."""
     uniforms = (name for name in program if isinstance(program[name], moderngl.Uniform))
     return {name.removeprefix(_GIVEN): name for name in uniforms}
 
 
-def bind(program: moderngl.Program, textures: Mapping[str, Any], uniforms: Mapping[str, Any]) -> None:
+def bind(program: AnyProgram, textures: Mapping[str, Any], uniforms: Mapping[str, Any]) -> None:
     """Set uniforms, and bind textures by the names of their samplers."""
     for unit, texture in enumerate(textures.values()):
         texture.use(unit)
@@ -187,9 +228,15 @@ def release_target(gl: moderngl.Context, target: moderngl.Framebuffer) -> None:
     target.release()
 
 
-def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str]) -> str:
-    """Text of one stage: includes in their places, switches after the #version line."""
-    lines = list(_Lines(folder, files, defines).of(file, set()))
+def _source(
+    folder: Path,
+    file: str,
+    defines: Mapping[str, int],
+    files: list[str],
+    named: Mapping[str, str] = MappingProxyType({}),
+) -> str:
+    """Text of one stage: includes in their places, also `named` ones, switches after the #version line."""
+    lines = list(_Lines(folder, files, defines, named).of(file, set()))
     version = next((i for i, line in enumerate(lines) if line.lstrip().startswith("#version")), None)
     if version is None:
         raise ShaderError(f"{file} has no #version line")
@@ -199,10 +246,10 @@ def _source(folder: Path, file: str, defines: Mapping[str, int], files: list[str
 
 
 class _Lines:
-    """The lines of files and of what they include; `files` becomes all of them."""
+    """The lines of files and of what they include; `files` becomes all of them, and `named` are files by names."""
 
-    def __init__(self, folder: Path, files: list[str], defines: Mapping[str, int]) -> None:
-        self._folder, self._files, self._defines = folder, files, defines
+    def __init__(self, folder: Path, files: list[str], defines: Mapping[str, int], named: Mapping[str, str]) -> None:
+        self._folder, self._files, self._defines, self._named = folder, files, defines, named
         self._numbered = {name.removesuffix("_0") for name in defines if name.endswith("_0")}
 
     def of(self, file: str, seen: set[str]) -> Iterator[str]:
@@ -221,6 +268,8 @@ class _Lines:
     def _expanded(self, file: str, lines: list[tuple[int, str]], seen: set[str]) -> Iterator[str]:
         rest = iter(lines)
         for number, line in rest:
+            if (name := _INCLUDE_NAMED.match(line)) and name[1] in self._named:
+                line = f'#include "{self._named[name[1]]}"'
             include, each = _INCLUDE.match(line), _EACH.match(line)
             if not include and not each:
                 yield line

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import moderngl
@@ -15,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
+from texvol.opengl.filtering import COARSE, weights_error
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles, release_target
 from texvol.opengl.texture_store import TextureStore, same
 from texvol.opengl.uniforms import NOTHING_SPECIAL, box_matrices, brick_uniforms, half_spaces_in_box
@@ -82,11 +84,16 @@ class Shadows:
                 textures.prepare(baked, scene.volume, (baked,), (1, 1, 1))
                 for volume, depth in zip(volumes, depths, strict=True):
                     for number, light in enumerate(lighting.casting):
-                        casting = _Casting(light, baked, volume, part_length, scene.cutting)
+                        casting = _Casting(light, baked, volume, part_length, scene.cutting, self._is_coarse)
                         depth[number] += self._depths(casting, textures)
             finally:
                 textures.release()
         return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
+
+    @cached_property
+    def _is_coarse(self) -> bool:
+        """True if the driver's weights have too few digits; what is kept for many pictures is always made exactly."""
+        return weights_error(self._context) > COARSE
 
     def _depths(self, casting: _Casting, textures: TextureStore) -> NDArray[np.float32]:
         """Return the optical depth between the nodes (z, y, x) of a volume and a light."""
@@ -136,6 +143,7 @@ class _Casting(NamedTuple):
     receiving: Volume
     part_length: float
     cutting: Cutting
+    fetched: bool  # True if the shader interpolates texels
 
     def switches(self, brick: Brick) -> dict[str, int]:
         """Switches of shadow.frag."""
@@ -144,7 +152,8 @@ class _Casting(NamedTuple):
             switches.pop(other)
         elsewhere = self.receiving is not self.baked.volume
         switches |= {"POINT": int(self.light.kind == "point"), "BRICKS": int(not brick.is_whole)}
-        return switches | {"HALF_SPACES": len(self.cutting), "ELSEWHERE": int(elsewhere)}
+        fetched = self.fetched and not self.baked.volume.nearest
+        return switches | {"HALF_SPACES": len(self.cutting), "ELSEWHERE": int(elsewhere), "FETCHED": int(fetched)}
 
     def uniforms(self, brick: Brick) -> dict[str, Any]:
         """Uniforms of shadow.frag."""

@@ -214,14 +214,29 @@ def new_textures(context: Context, baked: BakedTexture, size: Triple) -> dict[st
     textures: dict[str, moderngl.Texture3D] = {}
     try:
         for name, (texel_format, components) in baked.formats.items():
-            textures[name] = _new_texture(context.gl, size, texel_format, components, baked.volume.nearest)
-            if texel_format == "r8" and is_software(context):
-                context.interpolate_in_single_precision(textures[name])
+            if baked.volume.nearest:
+                textures[name] = _new_texture(context.gl, size, texel_format, components, nearest=True)
+            else:
+                textures[name] = interpolated_texture(context, size, texel_format, components)
     except InputError:
         for texture in textures.values():
             texture.release()
         raise
     return textures
+
+
+def interpolated_texture(context: Context, size: Triple, texel_format: str, components: int) -> moderngl.Texture3D:
+    """Return a texture that is interpolated between texels, as exactly as the driver can.
+
+    Raises
+    ------
+    InputError
+        If the driver has no room for it.
+    """
+    texture = _new_texture(context.gl, size, texel_format, components, nearest=False)
+    if texel_format == "r8" and is_software(context):
+        context.interpolate_in_single_precision(texture)
+    return texture
 
 
 def _new_texture(
@@ -329,11 +344,10 @@ def default_budget(context: Context) -> int:
 def _free(context: Context) -> int:
     if is_software(context):
         return free_memory()
-    for extension, name in (("GL_NVX_gpu_memory_info", _NVIDIA_FREE), ("GL_ATI_meminfo", _AMD_FREE)):
-        if extension in context.gl.extensions:
-            kibibytes = context.integer(name)
-            if kibibytes > 0:
-                return kibibytes << 10
+    for name in (_NVIDIA_FREE, _AMD_FREE):
+        kibibytes = context.integer(name)
+        if kibibytes > 0:
+            return kibibytes << 10
     return _UNKNOWN
 
 

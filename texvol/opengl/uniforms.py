@@ -59,12 +59,13 @@ def picture_switches(drawing: Drawing) -> dict[str, int]:
 def volume_switches(drawn: DrawnVolume, brick: Brick) -> dict[str, int]:
     """Switches of one volume and the brick of it that is drawn, but for those of its texels."""
     skips = drawn.skips is not None or drawn.bounds is not None
-    bricks_and_cells = {"BRICKS": int(not brick.is_whole), "SKIPS": int(skips)}
-    return light_switches(drawn.lighting) | bricks_and_cells
+    fetched = drawn.fetched and not drawn.volume.nearest  # labels are not interpolated
+    of_texels = {"BRICKS": int(not brick.is_whole), "SKIPS": int(skips), "FETCHED": int(fetched)}
+    return light_switches(drawn.lighting) | of_texels
 
 
 def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
-    """Switches of slab_stack.frag and projection.frag, which draw a single volume."""
+    """Switches of slab_stack.glsl and projection.glsl, which draw a single volume."""
     drawn, view = drawing.first, drawing.view
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"

@@ -9,7 +9,7 @@ their polygons here, each *under* what is there already: picture + (1 - opacity 
 
 Its known errors: slabs that the box cuts short are drawn whole, or not at all if their middle is outside; all rays take
 the length that only the middle one of a perspective picture has; and each blend rounds to the target's format.
-polygons.py draws the same polygons without the first two, slab stacks (shaders/slab_stack.frag) blend in registers.
+polygons.py draws the same polygons without the first two, slab stacks (shaders/slab_stack.glsl) blend in registers.
 """
 
 from __future__ import annotations
@@ -47,11 +47,12 @@ def draw(compositor: Compositor, drawing: Drawing, brick: Brick, part: Numbers, 
     texel_scale = drawn.baked.uniforms(view.slab_thickness)["texel_scale"]
     uniforms = {"texel_scale": np.multiply(texel_scale, (*[drawing.color_scale] * 3, 1.0))}
     positions, projection = projected(polygons[..., :3], view, drawn.volume)
-    program = compositor.program("wilson", {}, "wilson.vert")
+    program = compositor.program("wilson", {"FETCHED": int(drawn.fetched)}, "wilson.vert")
     bind(program, {"texels": drawn.samplers(brick)["texels"]}, uniforms | projection)
     corners = np.concatenate([positions, polygons[..., 3:]], axis=2)
     blending = "add" if drawing.count else "under"
-    compositor.blend(program, blending, triangles(corners), "3f 3f", "in_position", "in_texture_position")
+    attributes = "3f 3f", "in_position", "in_texture_position"
+    compositor.blend(program, blending, triangles(corners), *attributes, kind="wilson", slabs=len(polygons))
 
 
 def slab_middles(view: View, slabs: SlabStacks) -> Numbers:

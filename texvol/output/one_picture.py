@@ -28,7 +28,13 @@ _PARTS = tuple(field.name for field in fields(Scene) if field.name != "volume")
 
 
 def render(
-    what: Any, size: Any = None, *, backend: str = "auto", device: int | str | None = None, **how: Any
+    what: Any,
+    size: Any = None,
+    *,
+    backend: str = "auto",
+    device: int | str | None = None,
+    pipeline: str = "auto",
+    **how: Any,
 ) -> Picture:
     """Return the picture of a scene, or of anything that holds a volume, drawn by a renderer of its own.
 
@@ -40,6 +46,8 @@ def render(
         Pixels; that of the scene file or 512 x 512 by default.
     backend : "auto", "egl" or "osmesa"
     device : int or str, optional
+        As for `Renderer`.
+    pipeline : "auto", "fragment" or "compute"
         As for `Renderer`.
     how
         Arguments of `Renderer.render`, such as `max_error`. If `what` is no Scene: options of scene files, such as
@@ -53,7 +61,7 @@ def render(
     """
     accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
     scene, size_of_scene = scene_of(what, size, **how)
-    with Renderer(backend, device=device) as renderer:
+    with Renderer(backend, device=device, pipeline=pipeline) as renderer:
         return renderer.render(scene, size_of_scene, **accuracy)
 
 

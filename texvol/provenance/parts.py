@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.settings import Settings, checked_target, checked_termination
+from texvol.rendering.settings import Settings, checked_interpolation, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import Light, Lighting
@@ -38,10 +38,10 @@ SOURCE |= {
     "resample": bool,
 }
 SOURCE |= {"built_in": str, "samples": int, "transform": list}
+_TYPES = {"float": _NUMBER, "str": str, "bool": bool, "int": int}
+_TYPES |= {f"{name} | None": kind for name, kind in _TYPES.items()}
 _SETTINGS: dict[str, Any] = {
-    each.name: {"float": _NUMBER, "float | None": _NUMBER, "str": str, "bool": bool, "bool | None": bool, "int": int}[
-        str(each.type)
-    ]
+    each.name: _TYPES[str(each.type)]
     for each in fields(Settings)
     if each.name != "regions"  # of a pass, not of a picture
 } | {"max_error": _NUMBER}
@@ -67,6 +67,7 @@ def settings(content: Any) -> dict[str, Any]:
         raise InputError(f"texture_refinement must be 1, 2 or 4, got {quoted(found['texture_refinement'])}")
     if found.get("slicing", "stacks") not in SLICINGS:
         raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
+    checked_interpolation(found.get("interpolation", "auto"))
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
         formats = ", ".join(("auto", *TEXEL_FORMATS))
         raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")

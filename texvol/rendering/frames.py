@@ -106,6 +106,7 @@ def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Ke
         names = ("texture_format", "target_format", "early_termination", "texture_refinement")
         kept |= {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
         kept |= {name: renderer.settings[name] for name in names}
+        kept["interpolation"] = renderer.settings.get("interpolation", "driver")
         kept["slab_thickness"] = renderer.uniform_settings["slab_thickness"]  # of the thinnest slabs, if tiles differ
         estimate = {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
     elif accuracy.get("sampling_rate") is None and not isinstance(drawn.volume, LargeVolume):

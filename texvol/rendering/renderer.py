@@ -14,21 +14,23 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context, open_context
+from texvol.opengl.pipelines import checked_pipeline
 from texvol.opengl.projection import depth_of
 from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
-from texvol.rendering.classification import ClassificationChooser, Classified
+from texvol.rendering.classification import ClassificationChooser
 from texvol.rendering.default_rate import DefaultRate
-from texvol.rendering.error_control import ByTiles
 from texvol.rendering.error_search import ErrorSearch, of_passes, searched
 from texvol.rendering.frames import Frame, drawn_one_by_one
+from texvol.rendering.interpolation import settled_interpolation
+from texvol.rendering.last_picture import LastPicture
 from texvol.rendering.late_estimate import estimates
 from texvol.rendering.model_error import AskedOfModel
 from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
-from texvol.rendering.settings import Settings, arguments_of, checked_slicing, numbers_asked_for, settings_asked_for
+from texvol.rendering.settings import Settings, checked_slicing, numbers_asked_for, settings_asked_for
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
@@ -45,7 +47,7 @@ from texvol.util.numbers import AnyNumber, checked_count
 Size = tuple[int, int]
 
 
-class Renderer:
+class Renderer(LastPicture):
     """Renderer of scenes on one OpenGL context; it keeps the programs and the textures of the last scene.
 
     Parameters
@@ -55,6 +57,9 @@ class Renderer:
     texture_memory : float, optional
         Megabytes (10⁶ bytes) for textures; half of the free memory by default. A volume whose texture is larger, or
         too large for the driver, is drawn in bricks.
+    pipeline : "auto", "fragment" or "compute"
+        What walks the slabs: fragments of polygons, or a compute shader, see `texvol.opengl.pipelines`; the pictures
+        are the same to 2e-6. "auto" takes the faster one, by a probe at the first picture.
     compositor : callable, optional
         Makes a compositor for a context, in place of `Compositor`.
 
@@ -63,7 +68,7 @@ class Renderer:
     ContextError
         If no OpenGL context can be made; the message has the reason of each back end.
     InputError
-        If the texture memory is not positive, or there is no such device.
+        If the texture memory is not positive, or there is no such device or pipeline.
     """
 
     def __init__(
@@ -72,28 +77,19 @@ class Renderer:
         *,
         device: int | str | None = None,
         texture_memory: float | None = None,
+        pipeline: str = "auto",
         compositor: Callable[[Context], Compositor] | None = None,
     ) -> None:
         if texture_memory is not None and not 0 < texture_memory < np.inf:
             raise InputError(f"texture_memory must be positive and finite, got {texture_memory:g} MB")
-        self._context = open_context(backend, device)
+        super().__init__(open_context(backend, device), Stopwatch())
         with self._context:
             self._compositor = (compositor or Compositor)(self._context)
+            self._compositor.pipeline = checked_pipeline(pipeline, self._context)
             self._budget = int(texture_memory * 1e6) if texture_memory else default_budget(self._context)
-            self._watch = Stopwatch()
             self._pictures = AnyPictures(self._context, self._compositor, self._budget, self._watch)
         self._oracle: checking.Oracle | None = None  # in place of that in this process
-        self._last: tuple[CompleteScene, Size, Settings] | None = None
-        self._by_tiles: ByTiles = None, ()  # of the last picture
-        self._stats: dict[str, Any] = {}
-        self._estimate: float | None = None  # of the last picture's error, once it is known
-        self._model_error: float | None = None  # of its medium, beside that of post, likewise
         self._unrefined: CompleteScene | None = None  # the last scene, before its volume was refined
-        self._is_of_post = False  # True if the last picture was checked against the integral of post
-        self._check: checking.Check | None = None  # of the last picture
-        self._drawn: Drawn | None = None
-        self.drawn_scene: Scene | None = None  # the last scene, in the classification in which it was drawn
-        self.chosen: Classified | None = None  # for the last picture, if it was of classification auto
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
         self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
@@ -121,6 +117,7 @@ class Renderer:
         views: int = 1,
         repeat: int = 1,
         check: int | str | None = None,
+        interpolation: str = "auto",
     ) -> Picture:
         """Return the scene's picture, (height, width, 4) float32, premultiplied, linear, top row first.
 
@@ -170,6 +167,9 @@ class Renderer:
         check : int or "all", optional
             Number of random pixels to compare with the oracle; `stats` has the findings. With `max_error` a few are
             checked unasked if that takes under a tenth of a second.
+        interpolation : "auto", "driver" or "shader"
+            What interpolates texels: the driver, or the shader, which fetches eight of them, where weights of the
+            driver's have too few digits. "auto" measures them if `max_error` is given, see `rendering.interpolation`.
 
         Raises
         ------
@@ -187,13 +187,14 @@ class Renderer:
         scene = drawable(scene, size, texture_refinement)
         rates = numbers_asked_for(slab_thickness=slab_thickness, sampling_rate=sampling_rate, max_error=max_error)
         ending, level_error = numbers_asked_for(early_termination=early_termination, level_error=level_error)
-        settings = settings_asked_for(scene, rates, (texture_format, target_format), ending, skip_empty, slicing)
+        formats = texture_format, target_format
+        settings = settings_asked_for(scene, rates, formats, ending, skip_empty, slicing, interpolation)
         asked = AskedOfModel(texture_refinement, max_error := rates[2], of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures, self.drawn_scene, asked = self._pictures_of(scene), scene, asked.settled(self.chosen)
         complete = scene.completed(size)
-        checked_slicing(slicing, complete)
+        checked_slicing(slicing, complete, self._compositor.pipeline)
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
@@ -205,6 +206,7 @@ class Renderer:
             if own_error is not None:
                 # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
                 settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
+                settings, own_error = self._interpolated(complete, size, settings, own_error, interpolation)
                 choice = self._error_search.choose(complete, size, settings, own_error - (settings.level_error or 0.0))
                 settings = replace(settings, slab_thickness=choice.slab_thickness)
                 picture, self._estimate = choice.picture, choice.estimated_error + (settings.level_error or 0.0)
@@ -261,11 +263,6 @@ class Renderer:
         return depth_of(drawn, scene.volume, scene.camera, settings.slab_thickness)
 
     @property
-    def last(self) -> Drawn | None:
-        """Scene and settings of the last picture, while its report can be found: until the renderer is closed."""
-        return None if self._context.released and self._estimate is None else self._drawn
-
-    @property
     def stats(self) -> dict[str, Any]:
         """Report of the last `render` in JSON types, as `--stats` writes it.
 
@@ -277,11 +274,6 @@ class Renderer:
             self._stats = self._metadata(*self._last)
         return self._stats
 
-    @property
-    def estimate(self) -> float | None:
-        """Estimated error of the last picture if an error was requested; nothing is drawn to find it."""
-        return error_control.if_finite(checking.at_least(self._estimate, None if self._is_of_post else self._check))
-
     def quick_estimate(self) -> float | None:
         """Return the estimated error of the last picture, by two small pictures if need be; None if it takes long."""
         if self.estimate is not None or self._last is None or self._last[0].mode in NUMBER_MODES:
@@ -290,42 +282,6 @@ class Renderer:
             with self._context:
                 self._quick_estimate = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
         return error_control.if_finite(checking.at_least(self._quick_estimate, self._check))
-
-    @property
-    def check(self) -> checking.Check | None:
-        """Check of the last picture against the oracle; None if no pixel was checked."""
-        return self._check
-
-    @property
-    def attributes(self) -> dict[str, str]:
-        """Attributes of the last picture's header: the driver, and the choice of classification auto."""
-        chosen = {"texvol:classification": self.chosen.sentence} if self.chosen else {}
-        return {"texvol:renderer": self.renderer_name} | chosen
-
-    @property
-    def settings(self) -> dict[str, Any]:
-        """Arguments with which `render` draws the last picture again, with every choice of accuracy made."""
-        return arguments_of(self._last[2], self._by_tiles[0]) if self._last else {}
-
-    @property
-    def uniform_settings(self) -> dict[str, Any]:
-        """Arguments with which `render` draws the last scene again in slabs of one thickness, the thinnest of tiles."""
-        return arguments_of(self._last[2]) if self._last else {}
-
-    @property
-    def seconds(self) -> dict[str, float]:
-        """Seconds of the last `render` by step, as in `stats`: `bake`, `upload`, `draw`, `read`."""
-        return dict(self._watch.seconds)
-
-    @property
-    def renderer_name(self) -> str:
-        """Name that the driver gives itself (GL_RENDERER)."""
-        return self._context.renderer
-
-    @property
-    def backend(self) -> str:
-        """Back end: "egl" or "osmesa"."""
-        return self._context.backend
 
     def close(self) -> None:
         """Release everything on the device; closing twice is allowed."""
@@ -369,13 +325,27 @@ class Renderer:
         So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
         """
         exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
+        exact = replace(exact, interpolation=self._finest_interpolation)
         return self._draw(scene, size, replace(exact, slicing="stacks"))
+
+    def _interpolated(
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, interpolation: str
+    ) -> tuple[Settings, float]:
+        """Return settings whose interpolation keeps an error, and what it leaves of it, if none was chosen."""
+        if interpolation != "auto":
+            return settings, wanted
+        return settled_interpolation(scene, size, settings, wanted, self._draw, self._finest_interpolation)
+
+    @property
+    def _finest_interpolation(self) -> str | None:
+        """Interpolation of references: by the shader where the driver's weights have too few digits."""
+        return "shader" if self._compositor.has_coarse_weights else None
 
     def _metadata(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         pictures = self._pictures_of(scene)
         seconds, drawn = dict(self._watch.seconds), pictures.bricks_drawn
         metadata = pictures.described(scene, size, settings)
-        metadata |= {"bricks_drawn": drawn, "seconds": seconds}
+        metadata |= {"bricks_drawn": drawn, "seconds": seconds, "pipeline": self._compositor.drawn_by}
         if self.chosen is not None:
             metadata["classification_reason"] = self.chosen.sentence
         passes = self._by_tiles[1] or ((settings.slab_thickness, None),)

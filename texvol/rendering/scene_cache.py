@@ -134,6 +134,7 @@ def _drawn(
         lighting=projection.lighting if projection else alone.lighting if lit_when_drawn else None,
         light_transmittance=shadow.texture if shadow and lit_when_drawn else None,
         bounds=cache.bounds if projection and projection.sign_of_largest and settings.skip_empty else None,
+        fetched=settings.interpolation == "shader",
     )
 
 

@@ -14,6 +14,7 @@ from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber, checked_number
 
+INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
 # In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
 # With a coarser default it would be the largest error of every fine picture.
@@ -37,6 +38,7 @@ class Settings:
     level_error: float | None = None  # that coarser levels of its parts may have
     # Rectangles of the picture that are drawn, (x, y, width, height) in pixels from below, if not all of it is.
     regions: tuple[tuple[int, int, int, int], ...] | None = None
+    interpolation: str | None = None  # "shader" if eight texels are fetched for each sample; None: the driver's
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""
@@ -59,6 +61,7 @@ def settings_asked_for(
     early_termination: float | None,
     skip_empty: bool,
     slicing: Slicing,
+    interpolation: str = "auto",
 ) -> Settings:
     """Return the settings of arguments of `Renderer.render`; the thickness is NaN if an error is to decide it.
 
@@ -75,7 +78,8 @@ def settings_asked_for(
     wanted = checked(scene, *thickness)
     checked_formats = checked_format(formats[0]), checked_target(formats[1], scene.mode)
     termination = checked_termination(early_termination, thickness[2])
-    return Settings(wanted, *checked_formats, termination, skip_empty, slicing)
+    checked_slabs = wanted, *checked_formats, termination, skip_empty, slicing
+    return Settings(*checked_slabs, interpolation=checked_interpolation(interpolation))
 
 
 def numbers_asked_for(**named: AnyNumber | None) -> tuple[float | None, ...]:
@@ -102,6 +106,19 @@ def checked(scene: Scene, slab_thickness: float | None, sampling_rate: float | N
         return float("nan")
     thickness = slab_thickness or scene.smallest_spacing / (sampling_rate or DEFAULT_SAMPLING_RATE)
     return min(thickness, 2 * scene.box.radius)  # the box is no thicker
+
+
+def checked_interpolation(interpolation: str) -> str | None:
+    """Return the argument as settings have it: "shader", or None for the driver.
+
+    Raises
+    ------
+    InputError
+        If it is none of `INTERPOLATIONS`.
+    """
+    if interpolation not in INTERPOLATIONS:
+        raise InputError(f"interpolation must be {', '.join(INTERPOLATIONS[:2])} or shader, got {interpolation!r}")
+    return "shader" if interpolation == "shader" else None
 
 
 def checked_format(texture_format: str) -> str:
@@ -151,16 +168,20 @@ def checked_target(target_format: str, mode: str = "composite") -> str:
     return "rgba32f" if target_format == "auto" else target_format
 
 
-def checked_slicing(slicing: Slicing, scene: CompleteScene) -> Slicing:
+def checked_slicing(slicing: Slicing, scene: CompleteScene, pipeline: str = "auto") -> Slicing:
     """Return the argument if the scene can be drawn in this way.
 
     Raises
     ------
     InputError
-        If there is no such slicing, or it does not draw what the scene has.
+        If there is no such slicing, or it does not draw what the scene has, or the pipeline has no polygons of slabs.
     """
     if slicing not in SLICINGS:
         raise InputError(f"slicing must be stacks, polygons or wilson, got {slicing!r}")
+    if pipeline == "compute" and slicing in ("polygons", "wilson"):
+        raise InputError(
+            f"pipeline compute does not draw slicing {slicing}: choose pipeline fragment or slicing stacks"
+        )
     beyond = {
         "several volumes": bool(scene.added),
         "labels": scene.volume.labels,

@@ -48,6 +48,7 @@ def described_alike(
         "classification": scene.classification,
         "target_format": settings.target_format,
         "slicing": settings.slicing,
+        "interpolation": settings.interpolation or "driver",
         "texture_refinement": settings.texture_refinement,
         "early_termination": settings.early_termination,
         "modelled": modelled(scene),

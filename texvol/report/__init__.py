@@ -25,6 +25,7 @@ def report(
     size: Size = (512, 512),
     *,
     backend: str = "auto",
+    device: int | str | None = None,
     quick: bool = False,
     command: str = "",
 ) -> Path:
@@ -36,6 +37,8 @@ def report(
         Its classification is that of the picture on the page; all classifications are measured.
     folder : path
         Created if its parent exists.
+    device : int or str, optional
+        As for `Renderer`.
     quick : bool
         True for few settings and few frames.
     command : str
@@ -56,7 +59,7 @@ def report(
     from texvol.report.plot import METRICS, THEMES, pareto_plot
     from texvol.report.progress import Progress
 
-    with Renderer(backend) as renderer, Progress() as progress:
+    with Renderer(backend, device=device) as renderer, Progress() as progress:
         findings = measure(renderer, scene, size, progress, quick=quick, command=command)
         progress.say("writing the report")
         plots = {

@@ -144,7 +144,7 @@ def _measure_methods(findings: Findings, renderer: Renderer, progress: Progress)
 
 def fingerprint(renderer: Renderer) -> dict[str, str]:
     """Return driver, versions of libraries, processor and load, in words."""
-    context = open_context(renderer.backend)
+    context = open_context(renderer.backend, renderer.device)
     try:
         with context:
             info = context.gl.info

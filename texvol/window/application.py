@@ -356,6 +356,6 @@ class Application:
             writing.write_files({path: image.encoded(path, picture, {})})
 
     def _painter(self, niceness: int) -> Painter:
-        painter = Painter(self._shared, self._screen.wake, niceness)
+        painter = Painter(self._shared, self._screen.wake, niceness, self._plan.device)
         self._closers.callback(painter.close)
         return painter

@@ -39,6 +39,8 @@ class Painter:
         Called on another thread after each answer.
     niceness : int
         Niceness of the process.
+    device : int or str, optional
+        Device that it draws on, as for `Renderer`.
 
     Raises
     ------
@@ -46,8 +48,14 @@ class Painter:
         If the process can't be started.
     """
 
-    def __init__(self, shared: SharedArrays, wake: Callable[[], None], niceness: int = 0) -> None:
-        self._shared, self._wake, self._niceness = shared, wake, niceness
+    def __init__(
+        self,
+        shared: SharedArrays,
+        wake: Callable[[], None],
+        niceness: int = 0,
+        device: int | str | None = None,
+    ) -> None:
+        self._shared, self._wake, self._niceness, self._device = shared, wake, niceness, device
         self._numbers = itertools.count(1)
         self._answers: deque[Answer] = deque()
         self._waited_for: int | None = None  # number of the newest job, until its final answer
@@ -60,7 +68,7 @@ class Painter:
             self._newest = np.frombuffer(mmap.mmap(file, 8), np.int64)
             self._connection, theirs = Pipe()
             with theirs:
-                self._process = _started(theirs.fileno(), file, self._niceness)
+                self._process = _started(theirs.fileno(), file, self._niceness, self._device)
         except OSError as error:
             raise InputError(f"cannot start a painting process: {error.strerror or error}") from None
         finally:
@@ -143,8 +151,8 @@ def _gone(process: subprocess.Popen[bytes]) -> str:
     return f"the painting process ended unexpectedly (status {process.poll()})"
 
 
-def _started(connection: int, newest: int, niceness: int) -> subprocess.Popen[bytes]:
-    code = f"from texvol.window import painting; painting.serve({connection}, {newest}, {niceness})"
+def _started(connection: int, newest: int, niceness: int, device: int | str | None) -> subprocess.Popen[bytes]:
+    code = f"from texvol.window import painting; painting.serve({connection}, {newest}, {niceness}, {device!r})"
     return subprocess.Popen(
         [sys.executable, "-P", "-c", code],
         stdin=subprocess.DEVNULL,

@@ -19,7 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.pictures import image
-from texvol.opengl.piecewise import PiecewiseCompositor
 from texvol.output.export import PictureExport
 from texvol.rendering import error_control, forecast
 from texvol.rendering.error_search import may_refine_tiles, searched
@@ -49,9 +48,9 @@ class Superseded(Exception):
 class PiecewiseRenderer(Renderer):
     """Renderer that can be interrupted by whoever hears the progress."""
 
-    def __init__(self) -> None:
+    def __init__(self, device: int | str | None = None) -> None:
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
-        super().__init__(compositor=PiecewiseCompositor)
+        super().__init__(device=device)
 
     def _draw(self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
         """Draw a picture; return a copy of the last one if it had the same scene and settings."""
@@ -67,9 +66,11 @@ class PiecewiseRenderer(Renderer):
 class JobRunner:
     """Renderer, and the code that turns jobs into answers."""
 
-    def __init__(self, answer: Callable[[Answer], None], newest: Callable[[], int]) -> None:
+    def __init__(
+        self, answer: Callable[[Answer], None], newest: Callable[[], int], device: int | str | None = None
+    ) -> None:
         self._answer, self._newest = answer, newest
-        self._renderer = PiecewiseRenderer()
+        self._renderer = PiecewiseRenderer(device)
         self._known: tuple[Any, ...] | None = None  # what the textures of the last job are made of
         self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator of the last lit scene's gradients
 
@@ -267,7 +268,7 @@ def _export(job: Job) -> PictureExport:
     return PictureExport(cast(Any, job.showing), job.showing.annotation)
 
 
-def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> None:
+def serve(connection_descriptor: int, newest_descriptor: int, niceness: int, device: int | str | None = None) -> None:
     """Receive jobs and send answers until the window closes the connection."""
     import mmap
     from multiprocessing.connection import Connection
@@ -281,7 +282,7 @@ def serve(connection_descriptor: int, newest_descriptor: int, niceness: int) -> 
     warnings.simplefilter("ignore")  # nobody reads this process's output; warnings for the user are caught elsewhere
     with contextlib.suppress(EOFError, ConnectionError):
         try:
-            runner = JobRunner(lambda answer: connection.send(answer), lambda: int(newest[0]))
+            runner = JobRunner(lambda answer: connection.send(answer), lambda: int(newest[0]), device)
         except Exception as error:
             connection.send(Answer("failed", 0, text=str(error)))
             return

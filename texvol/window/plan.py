@@ -36,6 +36,8 @@ class Plan:
         Called once: with the first document when it is open, or with None if there is none.
     check : callable
         Called once in each frame; an exception that it raises ends the window.
+    device : int or str, optional
+        Device that pictures are drawn on, as for `Renderer`.
     shows_empty : bool
         False: frames before the first picture are not shown.
     """
@@ -56,6 +58,7 @@ class Plan:
     home: Callable[[tuple[int, int], str, Callable[[Event], int]], Home] = Screen
     begun: Callable[[Document | None], None] = lambda _: None
     check: Callable[[], None] = lambda: None
+    device: int | str | None = None
     shows_empty: bool = True
 
     @property

@@ -17,17 +17,11 @@ from contextlib import suppress
 from typing import Any
 
 import moderngl
+import numpy as np
 
 from texvol.opengl.contexts import native, trial
-from texvol.opengl.contexts.devices import Device, chosen, in_words
-from texvol.opengl.contexts.egl import (
-    EGL_DRIVER_NAME,
-    EGL_DRM_DEVICE_FILE,
-    EGL_DRM_RENDER_NODE_FILE,
-    EGL_EXTENSIONS,
-    EGL_RENDERER,
-    Egl,
-)
+from texvol.opengl.contexts.devices import Device, chosen, hindrances, name_of, number_of, reason_of
+from texvol.opengl.contexts.egl import Egl
 from texvol.opengl.contexts.osmesa import OSMesa
 from texvol.util.errors import ContextError, InputError
 
@@ -83,6 +77,7 @@ class Context:
             return 0
         numbers = (ctypes.c_int * 4)()  # some have four
         ctypes.CFUNCTYPE(None, ctypes.c_uint, ctypes.POINTER(ctypes.c_int))(address)(name, numbers)
+        _ = self.gl.error  # that of an unknown one, which reading forgets
         return int(numbers[0])
 
     def interpolate_in_single_precision(self, texture: moderngl.Texture3D) -> None:
@@ -114,7 +109,7 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
     backend : str
         "egl", "osmesa", or "auto": the first of them that works.
     device : int or str, optional
-        Number, or part of the name, of one of `devices`, of EGL.
+        Number, or part of the name, of one of `devices`, of EGL; to find a name, all are tried.
 
     Raises
     ------
@@ -129,11 +124,11 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
         if backend == "osmesa":
             raise InputError(f"device {device!r} is one of EGL: leave backend='osmesa' out")
         with _opening:
-            return _open(Egl, chosen(device, devices(device)).number)
+            return _open_device(device)
     reasons: list[str] = []
     with _opening:
         with suppress(ContextError):
-            _loaded(Egl)  # also for OSMesa, so that an EGL context, whose ever it is, is left and restored
+            loaded(Egl)  # also for OSMesa, so that an EGL context, whose ever it is, is left and restored
         for library in _LIBRARIES:
             if backend in ("auto", library.backend):
                 try:
@@ -144,52 +139,61 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
     raise ContextError(f"no OpenGL {native.VERSION_NAME} context; {' | '.join(reasons)}")
 
 
-def devices(wanted: int | str | None = None) -> list[Device]:
-    """Return the devices that EGL lists, each with its name and driver, or the reason why it cannot be used.
+def devices() -> list[Device]:
+    """Return the devices that EGL lists, see `listing.devices`."""
+    from texvol.opengl.contexts import listing
 
-    A context is opened on each to learn its name. If `wanted` is the number of one, the list has only that one.
-
-    Raises
-    ------
-    ContextError
-        If there is no EGL, or its driver would end this process.
-    """
-    with _opening:
-        egl = _loaded(Egl)
-        assert isinstance(egl, Egl)
-        _try(Egl)
-        listed = list(enumerate(egl.device_strings()))
-        alone = [each for each in listed if str(each[0]) == str(wanted).strip()]
-        return [_device(number, strings) for number, strings in alone or listed]
-
-
-def _device(number: int, strings: dict[int, str]) -> Device:
-    """Return a device of EGL, by what EGL tells of it and what a context on it tells."""
-    try:
-        context = _open(Egl, number)
-    except ContextError as error:
-        software = "software driver" if "EGL_MESA_device_software" in strings[EGL_EXTENSIONS] else ""
-        names = [strings.get(each) for each in (EGL_RENDERER, EGL_DRIVER_NAME, EGL_DRM_DEVICE_FILE)]
-        files = [strings.get(each, "") for each in (EGL_DRM_DEVICE_FILE, EGL_DRM_RENDER_NODE_FILE)]
-        failure = str(error).removeprefix(f"device {number}: ")
-        return Device(number, next(filter(None, [*names, software]), "no name"), "", in_words(failure, files))
-    try:
-        with context:
-            info = context.gl.info
-            return Device(number, context.renderer, f"{info['GL_VENDOR']}, OpenGL {info['GL_VERSION']}")
-    finally:
-        context.release()
+    return listing.devices()
 
 
 def attempt(backend: str) -> None:
     """Open a context of that back end, draw to it and close it; this process may die of it, see `trial`."""
     with suppress(ContextError):
-        context = _open(next(each for each in _LIBRARIES if each.backend == backend))
+        context = opened(backend)
         with context:
-            target = context.gl.framebuffer([context.gl.texture((1, 1), 4, dtype="f4")])
-            target.clear(1.0)
-            target.read(dtype="f4")
+            draw_a_pixel(context)
         context.release()
+
+
+def draw_a_pixel(context: Context) -> None:
+    """Clear and read a picture of one pixel, as pictures are; `context` is current.
+
+    Raises
+    ------
+    ContextError
+        If it is not what it was cleared to.
+    """
+    try:
+        target = context.gl.framebuffer([context.gl.texture((1, 1), 4, dtype="f4")])
+        target.clear(0.25)
+        is_right = np.frombuffer(target.read(components=4, dtype="f4"), np.float32)[0] == 0.25
+        for each in (*target.color_attachments, target):
+            each.release()
+    except moderngl.Error as error:
+        raise ContextError(f"it has no pictures of float32: {error}") from None
+    if not is_right:
+        raise ContextError("it does not draw: a cleared pixel has another colour")
+
+
+def opened(backend: str, device: int | None = None) -> Context:
+    """Return a context of a back end, on a device by its number; raise ContextError if there is none."""
+    return _open(next(each for each in _LIBRARIES if each.backend == backend), device)
+
+
+def _open_device(device: int | str) -> Context:
+    """Return a context on a device of EGL; see `open_context` for errors."""
+    egl, number = loaded(Egl), number_of(device)
+    assert isinstance(egl, Egl)
+    _try(Egl)
+    strings = egl.device_strings()
+    if number is None or number >= len(strings):
+        number = chosen(device, devices(), hindrances()).number
+    assert number is not None
+    try:
+        return _open(Egl, number)
+    except ContextError as error:
+        reason = reason_of(str(error), number, strings[number])
+        raise ContextError(f"device {number} ({name_of(strings[number])}) cannot be used: {reason}") from None
 
 
 def _try(library: type[Egl] | type[OSMesa]) -> None:
@@ -203,7 +207,7 @@ def _open(library: type[Egl] | type[OSMesa], device: int | None = None) -> Conte
     """Return a context on the first display of the library that has one; raise the reasons of all others."""
     reasons = []
     try:
-        for handle, display in _loaded(library).handles(device):
+        for handle, display in loaded(library).handles(device):
             try:
                 return Context(handle, library.backend, device)
             except Exception as error:  # moderngl raises nothing narrower
@@ -214,7 +218,7 @@ def _open(library: type[Egl] | type[OSMesa], device: int | None = None) -> Conte
     raise ContextError(", ".join(reasons))
 
 
-def _loaded(library: type[Egl] | type[OSMesa]) -> native.Library:
+def loaded(library: type[Egl] | type[OSMesa]) -> native.Library:
     """Return the library, loaded when first asked for; raise if the system does not have it."""
     if library.backend not in native.loaded:
         native.loaded[library.backend] = library()

@@ -15,6 +15,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Mapping
+from contextlib import suppress
 
 from texvol.util.errors import ContextError
 from texvol.util.package import environment_of_child
@@ -50,21 +51,35 @@ def check(backend: str) -> None:
     asked = unusual()
     if not asked or not sys.executable:
         return
-    code = f"from texvol.opengl import contexts; contexts.attempt({backend!r})"
+    with suppress(OSError):  # no process can be started: then nobody knows
+        try:
+            apart(f"from texvol.opengl import contexts; contexts.attempt({backend!r})")
+        except ContextError as error:
+            raise ContextError(f"{error}, asked for {', '.join(asked)}") from None
+
+
+def apart(code: str) -> subprocess.CompletedProcess[bytes]:
+    """Run Python code that makes contexts in a process of its own.
+
+    Raises
+    ------
+    ContextError
+        If the process dies of the driver, or has no end.
+    OSError
+        If no process can be started.
+    """
     try:
         done = subprocess.run(
             [sys.executable, "-P", "-c", code],
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
             env=environment_of_child(),
             timeout=_PATIENCE,
             check=False,
         )
     except subprocess.TimeoutExpired:
-        raise ContextError(f"the driver does not answer, asked for {', '.join(asked)}") from None
-    except OSError:
-        return  # no process can be started: then nobody knows
+        raise ContextError("the driver does not answer") from None
     if done.returncode < 0:
-        name = signal.Signals(-done.returncode).name
-        raise ContextError(f"the driver ends the process ({name}), asked for {', '.join(asked)}")
+        raise ContextError(f"the driver ends the process ({signal.Signals(-done.returncode).name})")
+    return done

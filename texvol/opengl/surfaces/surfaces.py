@@ -178,6 +178,7 @@ class Surfaces:
             "HALF_SPACES": len(drawing.cutting),
             "LINES": int(self._shapes.any_lines),
             "CUE": int(drawing.depth_cue is not None),
+            "FETCHED": 0,  # there is no texture on a surface
         }
         switches = NO_LIGHT | light_switches(self._lighting) | switches
         return self._programs.program("surface", switches, "surface.vert")

@@ -75,6 +75,7 @@ def turn_page(
     title: str = "",
     axis: str = "up",
     backend: str = "auto",
+    device: int | str | None = None,
     **how: Any,
 ) -> TurnPage:
     """Return a page with pictures of a scene from all sides, which is dragged to turn.
@@ -93,7 +94,7 @@ def turn_page(
         Title of the page; the volume's name if empty.
     axis : str
         Axis of the turn: one of up, picture, head, x, y, z.
-    backend, how
+    backend, device, how
         As for `render`.
 
     Raises
@@ -111,7 +112,7 @@ def turn_page(
     title = title or scene.volume.name or "scene"
     collection = page.Collection(framed, rows, title, scene.volume if slices else None)
     frames = sequences.views(framed, columns * rows, scene.volume.name, turn)
-    with Renderer(backend) as renderer, closing(_drawn(renderer, frames, size, accuracy)) as drawn:
+    with Renderer(backend, device=device) as renderer, closing(_drawn(renderer, frames, size, accuracy)) as drawn:
         for number, frame in enumerate(drawn):
             if number == 0:
                 collection.about = page.details(frame.scene, error=renderer.quick_estimate())

@@ -210,6 +210,7 @@ class PictureOfParts(RegionsOfPicture):
             skips,
             *cells,
             lighting=self.scene.lighting if lit_when_drawn else None,
+            fetched=self.settings.interpolation == "shader",
         )
         drawing = replace(self.drawing, volumes=(one,))
         assert part.shown is not None

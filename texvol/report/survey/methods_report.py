@@ -27,6 +27,7 @@ def methods_report(
     names: Sequence[str] = tuple(METHODS),
     *,
     backend: str = "auto",
+    device: int | str | None = None,
     command: str = "",
 ) -> Path:
     """Measure methods on a scene, write the page, table and plot, and return the path of the page.
@@ -37,6 +38,8 @@ def methods_report(
         Mode composite; methods that project draw it in mode xray.
     folder : path
         Created if its parent exists.
+    device : int or str, optional
+        As for `Renderer`.
     names : sequence of str
         Of `texvol.methods.METHODS`.
     command : str
@@ -57,7 +60,7 @@ def methods_report(
     from texvol.report.survey.plot import methods_plot
     from texvol.report.survey.table import csv_text
 
-    with Renderer(backend) as renderer, Progress() as progress:
+    with Renderer(backend, device=device) as renderer, Progress() as progress:
         progress.expect(len(names))
         found = survey(renderer, scene, size, names, tell=progress.say)
         metadata = fingerprint(renderer)

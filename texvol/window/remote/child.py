@@ -44,9 +44,11 @@ def _run(connection: Connection, told: dict[str, Any]) -> None:
     viewer = Viewer(exchange)
     gone = threading.Event()
     scene, origin = told["scene"], Origin(told["name"])
+    backend, device = told["drawn_by"]
     plan = Plan(
         told["size"], open=lambda size: Document(scene.completed(size), origin, size=size), name=told["name"],
-        panels=told["panels"], home=partial(OffScreen, exchange, told["backend"]), check=partial(_check, gone),
+        panels=told["panels"], home=partial(OffScreen, exchange, backend, device=device), device=device,
+        check=partial(_check, gone),
         shows_empty=False,  # the cell shows the last picture until frames come
     )  # fmt: skip
     with exchange.viewed(viewer):

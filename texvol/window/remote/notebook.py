@@ -37,6 +37,7 @@ def show(
     interactive: bool = True,
     panels: bool = False,
     backend: str = "auto",
+    device: int | str | None = None,
     **how: Any,
 ) -> Any:
     """Return a widget that shows the window of `texvol view` in a notebook, or a picture.
@@ -51,6 +52,8 @@ def show(
     panels : bool
         True: show the panels beside the picture, as the key tab does.
     backend : "auto", "egl" or "osmesa"
+    device : int or str, optional
+        As for `Renderer`.
     how
         As of `texvol.render`; accuracy, such as `max_error`, is of a picture only.
 
@@ -68,27 +71,37 @@ def show(
         _check_libraries()  # before anything is read
     scene, pixels = scene_of(what, size, **how)
     if not interactive:
-        with Renderer(backend) as renderer:
+        with Renderer(backend, device=device) as renderer:
             return renderer.render(scene, pixels, **accuracy)
     name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
     boxes.teach(lambda each: isinstance(each, _widget_class()))
-    return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, backend=backend))
+    return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, drawn_by=(backend, device)))
 
 
 class Window:
     """Process of one window; it is started by `start`, and ends with `close`, or when nobody holds this object.
 
-    `name` is a path or that of a volume; windows of volumes without a name have their number in the kernel in it.
+    `drawn_by` are back end and device. `name` is a path or that of a volume; windows of volumes without a name have
+    their number in the kernel in it.
     """
 
     _numbers = itertools.count(1)
 
-    def __init__(self, scene: Scene, size: tuple[int, int], name: str, *, panels: bool, backend: str) -> None:
-        self.scene, self.size, self.backend = scene, size, backend
+    def __init__(
+        self,
+        scene: Scene,
+        size: tuple[int, int],
+        name: str,
+        *,
+        panels: bool,
+        drawn_by: tuple[str, int | str | None] = ("auto", None),
+    ) -> None:
+        self.scene, self.size, self.drawn_by = scene, size, drawn_by
         self.number = next(self._numbers)
         name = f"window{self.number}" if name in ("", "volume") else name  # files of two windows have two names
         self.title = f"texvol window {self.number}: {os.path.basename(name)}"
-        self._told: dict[str, Any] = {"scene": scene, "size": size, "name": name, "panels": panels, "backend": backend}
+        self._told: dict[str, Any] = {"scene": scene, "size": size, "name": name, "panels": panels}
+        self._told["drawn_by"] = drawn_by
         self._process: subprocess.Popen[bytes] | None = None
         self._connection: Connection | None = None
 
@@ -232,5 +245,6 @@ def _widget_class() -> Any:
 
 def first_picture(window: Window) -> Picture:
     """Return the picture of a window that no cell has shown yet."""
-    with Renderer(window.backend) as renderer:
+    backend, device = window.drawn_by
+    with Renderer(backend, device=device) as renderer:
         return renderer.render(window.scene, window.size)
