@@ -192,13 +192,12 @@ class Renderer(LastPicture):
         asked = AskedOfModel(texture_refinement, max_error := rates[2], of)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
-        pictures, self.drawn_scene, asked = self._pictures_of(scene), scene, asked.settled(self.chosen)
-        complete = scene.completed(size)
+        pictures, complete, asked = self._pictures_of(scene), scene.completed(size), asked.settled(self.chosen)
         checked_slicing(slicing, complete, self._compositor.pipeline)
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
-        self._unrefined, self._is_of_post, self._by_tiles = complete, of == "post", (None, ())
+        self._unrefined, self.drawn_scene, self._is_of_post, self._by_tiles = complete, scene, of == "post", (None, ())
         with self._context:
             factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
