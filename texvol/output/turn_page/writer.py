@@ -44,7 +44,6 @@ class PageWriter:
 
     def describe(self, scene: Scene, name: str, error: float | None) -> None:
         """Set the details of the page by its first view: the scene that was drawn, its file, the estimated error."""
-        self.stats["estimated_error_of_first_view"] = error
         self._page.about = details(scene, [os.path.basename(name)] if name else [], error)
 
     def finish(self) -> None:
