@@ -134,7 +134,10 @@ def draw_frames(
     ):
         for number, frame in enumerate(drawn):
             if number == 0:
-                estimate = frame.kept.estimate.get(_OF_FIRST) or renderer.quick_estimate()
+                estimate = frame.kept.estimate.get(_OF_FIRST)
+                # Slabs of another thickness would be baked, and then these again.
+                if estimate is None and (page is not None or frame.kept.classification != "slab"):
+                    estimate = renderer.quick_estimate()
                 if page is not None:
                     page.describe(frame.scene, frames.name, estimate)
                 after_first = time.perf_counter()
