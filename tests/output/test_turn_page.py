@@ -151,6 +151,15 @@ def test_a_name_is_text_on_the_page(made: Path) -> None:
     assert not re.search(r"""(src|href)=["'](?!data:)""", html) and "http:" not in html and "https:" not in html
 
 
+def test_a_page_tells_no_folder(tmp_path: Path) -> None:
+    np.save(tmp_path / "für Ä.npy", ramp_volume().values)
+    line = ["render", str(tmp_path / "für Ä.npy"), "--orbit", "2", "--size", "16", "-o", str(tmp_path / "a b.html")]
+    assert main(line) == 0
+    html = (tmp_path / "a b.html").read_text()
+    assert "<title>für Ä.npy</title>" in html and "<dd>für Ä.npy</dd>" in html and str(tmp_path) not in html
+    assert pages.last_name("scans/patient/") == "patient" and pages.last_name("/") == "/"
+
+
 def test_python_gives_the_same_page_and_a_frame_for_notebooks(tmp_path: Path) -> None:
     made = texvol.turn_page(ramp_volume(), "4x2", 48, title='it\'s "it"')
     made.save(tmp_path / "a.html")

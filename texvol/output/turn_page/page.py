@@ -36,6 +36,11 @@ def is_page(path: str | os.PathLike[str]) -> bool:
     return Path(path).suffix.lower() in _FORMATS
 
 
+def last_name(path: str) -> str:
+    """Return the name of a file or a folder without the folders above it, which a page that is sent does not tell."""
+    return Path(path).name or path
+
+
 def check(path: str | os.PathLike[str], count: int, size: tuple[int, int]) -> None:
     """Raise InputError if a page of so many views can't be made, or written to `path`."""
     if count > MOST_VIEWS:
@@ -157,7 +162,7 @@ def details(scene: Scene, names: Sequence[str] = (), error: float | None = None)
         else f"{upward(error)} of the linear picture of the first view, before compression"
     )
     return {
-        "volume": ", ".join(names) or volume.name,
+        "volume": ", ".join(map(last_name, names)) or last_name(volume.name),
         "samples": f"{nx} x {ny} x {nz}, spacing {spacing}{unit}",
         "mode": scene.mode if medium is None else f"{scene.mode}, transfer function {medium.name}",
         "estimated error": said,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.output.turn_page.page import Collection, details
+from texvol.output.turn_page.page import Collection, details, last_name
 from texvol.scene.scene import Scene
 from texvol.util import writing
 
@@ -34,7 +34,7 @@ class PageWriter:
         self, path: str | os.PathLike[str], first: Scene, *, title: str = "", rows: int = 1, with_slices: bool = False
     ) -> None:
         self._path = path
-        title = title or first.volume.name or os.path.basename(path)
+        title = title or last_name(first.volume.name or os.fspath(path))
         self._page = Collection(first, rows, title, first.volume if with_slices else None)
         self.stats: dict[str, Any] = {}
 
@@ -44,7 +44,7 @@ class PageWriter:
 
     def describe(self, scene: Scene, name: str, error: float | None) -> None:
         """Set the details of the page by its first view: the scene that was drawn, its file, the estimated error."""
-        self._page.about = details(scene, [os.path.basename(name)] if name else [], error)
+        self._page.about = details(scene, [name] if name else [], error)
 
     def finish(self) -> None:
         """Write the page.
