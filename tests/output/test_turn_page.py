@@ -110,7 +110,9 @@ def test_views_lose_quality_then_pixels_until_they_fit() -> None:
     files = [views.first_encoded(noise)] * 5
     whole = sum(map(len, files))
     assert not views.fitted(files, whole).is_reduced
-    fewer = views.fitted(files, whole * 2 // 3)
+    told: list[int] = []
+    fewer = views.fitted(files, whole * 2 // 3, told.append)
+    assert told == [1, 2, 3, 4, 5]
     assert fewer.quality < 90 and fewer.scale == 1 and sum(map(len, fewer.files)) <= whole * 2 // 3
     small = views.fitted(files, whole // 8)
     assert small.scale < 1 and sum(map(len, small.files)) <= whole // 8

@@ -139,6 +139,7 @@ def draw_frames(
                 if estimate is None and (page is not None or frame.kept.classification != "slab"):
                     estimate = renderer.quick_estimate()
                 if page is not None:
+                    page.show = show
                     page.describe(frame.scene, frames.name, estimate)
                 after_first = time.perf_counter()
             shown = export.of(frame.picture, frame.scene, output)

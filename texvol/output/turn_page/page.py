@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -80,8 +80,8 @@ class Collection:
         self.files.append(views.first_encoded(np.asarray(picture)))
         self.size = (picture.shape[1], picture.shape[0])
 
-    def html(self) -> tuple[str, str]:
-        """Return the page, and a sentence about its quality.
+    def html(self, tell: Callable[[int], None] = lambda number: None) -> tuple[str, str]:
+        """Return the page, and a sentence about its quality; for `tell` see `views.fitted`.
 
         Raises
         ------
@@ -92,7 +92,7 @@ class Collection:
         # The first view is there twice: once for readers without scripts.
         taken = _FRAME + 4 * max(map(len, self.files)) // 3 + (len(slices["samples"]) if slices else 0)
         # Base64 makes four characters of three bytes, and pads; a view has quotes and a comma besides.
-        fitted = views.fitted(self.files, (ROOM - taken) * 3 // 4 - 8 * len(self.files))
+        fitted = views.fitted(self.files, (ROOM - taken) * 3 // 4 - 8 * len(self.files), tell)
         columns = len(self.files) // self.rows
         data = {
             **{"columns": columns, "rows": self.rows, "start": self._start(columns), "kind": views.KIND},

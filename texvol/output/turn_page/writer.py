@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,7 @@ class PageWriter:
         title = title or last_name(first.volume.name or os.fspath(path))
         self._page = Collection(first, rows, title, first.volume if with_slices else None)
         self.stats: dict[str, Any] = {}
+        self.show: Callable[[str], None] = lambda text: None  # of the progress of `finish`, where that takes long
 
     def add(self, picture: NDArray[np.float32], attributes: Mapping[str, str] | None = None) -> None:
         """Add the next view."""
@@ -54,7 +55,12 @@ class PageWriter:
         InputError
             If the views do not fit, or the file can't be written.
         """
-        html, self.stats["page"] = self._page.html()
+        count = len(self._page.files)
+
+        def tell(number: int) -> None:
+            self.show(f"texvol: compressing view {number} of {count}")
+
+        html, self.stats["page"] = self._page.html(tell)
         writing.write_files({self._path: html.encode()})
 
     def __enter__(self) -> PageWriter:
