@@ -105,6 +105,18 @@ def test_the_ends_of_the_crop_box_say_how_they_are_changed(desk: Desk, monkeypat
     assert {tips.TIPS[f"{axis}##crop"] for axis in "xyz"} <= seen.texts
 
 
+def test_the_time_that_was_left_of_another_file_is_not_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk.written, desk.now = "second.mp4", 60.0
+    for done, now in ((0.5, 50.0), (0.9, 59.0)):
+        desk.moving.left.learn(done, now)
+    desk.moving.forecasts["second.mp4"] = 42.0
+    for done, wanted in ((0.0, "42 s or so"), (0.9, "1 s left")):
+        desk.writing = done
+        with headless(), noticed(monkeypatch) as seen:
+            shown(desk, "Cut", 1)
+        assert f"writing second.mp4, {wanted}" in seen.texts
+
+
 @pytest.mark.parametrize("side, is_small", [(290, True), (600, False)])
 def test_over_a_small_picture_what_is_written_is_a_tooltip(
     desk: Desk, monkeypatch: pytest.MonkeyPatch, side: float, is_small: bool

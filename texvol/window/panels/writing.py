@@ -31,8 +31,9 @@ def show(desk: Desk) -> None:
     waiting = f", {len(desk.orders)} more after it" if desk.orders else ""
     name = os.path.basename(desk.written) or "a file"
     forecast = desk.moving.forecasts.get(desk.written)
-    # Nothing is known of the speed before the second picture of a film.
-    left = desk.moving.left.text(desk.now) or ("" if forecast is None else f"{duration(forecast)} or so")
+    # Nothing is known of the speed before the second picture of a film; before the first one, that of another file is.
+    left = desk.moving.left.text(desk.now) if desk.writing > 0 else ""
+    left = left or ("" if forecast is None else f"{duration(forecast)} or so")
     text = f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else "")
     is_small = min(viewport.width, viewport.height) < _LEAST * scale
     if not is_small:
