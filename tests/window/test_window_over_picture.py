@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from imgui_bundle import imgui
-from support.desks import desk_with
+from support.desks import desk_with, done
 from support.panel_frames import dressed, headless, noticed, shown
 
 from texvol.annotation import Annotation
@@ -17,7 +17,8 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window import panels
 from texvol.window.desk import Desk
-from texvol.window.panels import cube, overlay, tips
+from texvol.window.panels import cube, overlay, planes, tips
+from texvol.window.slices import NAMES
 from texvol.window.steering import Viewport
 
 
@@ -98,6 +99,30 @@ def test_slices_are_drawn_before_the_grips_that_they_would_hide(desk: Desk, monk
     assert order == ["planes", "grips", "measure_marks", "cube"]
 
 
+@pytest.mark.parametrize("projection, count", [("orthographic", 1), ("perspective", 36)])
+def test_the_annotation_is_drawn_over_each_part_of_a_slice_where_it_is_in_the_picture(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, projection: Any, count: int
+) -> None:
+    document = cast(Any, desk.document)
+    if projection != document.view.camera.projection:
+        done(desk, "projection")
+    desk.viewport, drawn = Viewport(100, 50, 600, 400), []
+    monkeypatch.setattr(planes, "_annotation", lambda desk: "annotation")
+    monkeypatch.setattr(planes, "_texture", lambda desk, name, layer: name)
+    monkeypatch.setattr(planes, "_add", lambda drawn_in, *what: drawn.append(what))
+    desk.layout.follow(document.scene)
+    with headless():
+        imgui.new_frame()
+        planes._pictures(desk, document, None)
+        imgui.end_frame()
+    assert len(drawn) == 24, "four quarters of three slices, and the annotation over each"
+    for (name, parts, _), (over, again, _) in zip(drawn[::2], drawn[1::2], strict=True):
+        assert name in NAMES and over == "annotation" and len(parts) == len(again) == count
+        for (corners, _), (same, places) in zip(parts, again, strict=True):
+            assert (corners == same).all()
+            np.testing.assert_allclose((100, 450) + places * (600, -400), corners)
+
+
 def test_the_ends_of_the_crop_box_say_how_they_are_changed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     cast(Any, desk.document).change(crop=((0.0, 5.0), (0.0, 5.0), (0.0, 5.0)))
     with headless(), noticed(monkeypatch) as seen:
@@ -107,11 +132,11 @@ def test_the_ends_of_the_crop_box_say_how_they_are_changed(desk: Desk, monkeypat
 
 def test_the_time_that_was_left_of_another_file_is_not_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
     desk.written, desk.now = "second.mp4", 60.0
-    for done, now in ((0.5, 50.0), (0.9, 59.0)):
-        desk.moving.left.learn(done, now)
+    for part, now in ((0.5, 50.0), (0.9, 59.0)):
+        desk.moving.left.learn(part, now)
     desk.moving.forecasts["second.mp4"] = 42.0
-    for done, wanted in ((0.0, "42 s or so"), (0.9, "1 s left")):
-        desk.writing = done
+    for part, wanted in ((0.0, "42 s or so"), (0.9, "1 s left")):
+        desk.writing = part
         with headless(), noticed(monkeypatch) as seen:
             shown(desk, "Cut", 1)
         assert f"writing second.mp4, {wanted}" in seen.texts
