@@ -7,8 +7,15 @@
 //
 // as annotation/marks.py composites them. What is drawn is the difference to p, weighted for blending: where another
 // part lies over p already, the parts are blended. PART is that of overlay.vert.
+//
+// With LAYER the parts are drawn without a picture, as premultiplied linear colours, one over the other. PART 3 turns
+// these into sRGB with straight opacity.
 
+#if PART == 3
+uniform sampler2D parts;     // linear, premultiplied
+#elif !LAYER
 uniform sampler2D picture;   // sRGB, with the opacity of the medium
+#endif
 in vec2 place;
 
 out vec4 texel;
@@ -17,7 +24,9 @@ out vec4 texel;
 uniform sampler2D atlas;     // linear, premultiplied
 in vec2 texel_of_atlas;
 #elif PART == 2
-uniform vec3 background;     // linear, likewise
+#if !LAYER
+uniform vec3 background;     // linear
+#endif
 in vec4 on_line;
 flat in vec4 kind;
 flat in vec4 look;
@@ -27,10 +36,11 @@ flat in vec4 look;
 #include "srgb.glsl"
 #endif
 
+const float LEAST = 1e-4;    // a divisor, of which squares are still told from rounding
+
 #if PART == 2
 // A pixel projected on a unit vector (a, b) has half the length (a + b) / 2, which is at most the root of a half.
 const float BEYOND = 0.75;
-const float LEAST = 1e-4;    // a divisor, of which squares are still told from rounding
 
 float ramp(float t) {
     t = max(t, 0.0);
@@ -48,17 +58,26 @@ float beyond(float away, vec2 direction) {
 #endif
 
 void main() {
+#if PART == 3
+    vec4 over = texelFetch(parts, ivec2(gl_FragCoord.xy), 0);
+    texel = vec4(srgb_from_linear(over.rgb / max(over.a, LEAST)), over.a);
+#else
+#if !LAYER
     vec4 behind = texture(picture, place);
+#endif
 #if PART == 0
     texel = vec4(behind.rgb, 1.0);
-#else
-#if PART == 1
+#elif PART == 1
     vec4 over = texelFetch(atlas, ivec2(floor(texel_of_atlas)), 0);
     if (over.a <= 0.0) {
         discard;
     }
-    float covered = over.a;
-    vec3 shown = linear_from_srgb(behind.rgb) * (1.0 - covered) + over.rgb;
+#if LAYER
+    texel = over;
+#else
+    vec3 shown = linear_from_srgb(behind.rgb) * (1.0 - over.a) + over.rgb;
+    texel = vec4(srgb_from_linear(shown) - (1.0 - over.a) * behind.rgb, over.a);
+#endif
 #else
     float half_width = 0.5 * look.w;
     float part = (beyond(on_line.x + half_width, kind.yx) - beyond(on_line.x - half_width, kind.yx))
@@ -66,14 +85,18 @@ void main() {
     if (part <= 0.0) {
         discard;
     }
-    vec3 light = linear_from_srgb(behind.rgb);
     float covered = 1.0 - (1.0 - on_line.w * part) * (1.0 - kind.w * part);
+#if LAYER
+    texel = covered * vec4(look.rgb, 1.0);
+#else
+    vec3 light = linear_from_srgb(behind.rgb);
     vec3 shown = light + covered * (look.rgb - light);
     if (kind.z > 0.5) {
         covered = (1.0 - behind.a) * min((on_line.w + kind.w) * part, 1.0);
         shown = light + covered * (look.rgb - background);
     }
-#endif
     texel = vec4(srgb_from_linear(shown) - (1.0 - covered) * behind.rgb, covered);
+#endif
+#endif
 #endif
 }

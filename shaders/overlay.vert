@@ -1,6 +1,6 @@
 #version 330
 // A corner of a picture in the window, or of a part of the annotation over it.
-// PART is 0 for the picture, 1 for a patch of letters and colours, 2 for a line.
+// PART is 0 for the picture, 1 for a patch of letters and colours, 2 for a line, 3 for all parts without a picture.
 
 uniform vec2 size;       // of the picture in the window, pixels
 

@@ -107,6 +107,25 @@ def test_measures_in_their_own_colours_and_widths_as_well(context: Context) -> N
     assert (found > 24).mean() < 0.04 and (found > 2).mean() < 0.3
 
 
+def test_annotation_alone_has_the_colours_of_the_written_one_and_hides_only_what_it_covers(context: Context) -> None:
+    given, black, white = scene(), np.zeros((*SIZE[::-1], 4), np.float32), np.ones((*SIZE[::-1], 4), np.float32)
+    black[..., 3] = 1
+    parts = QuickAnnotation().parts(given, SIZE, ALL, transparent=False, window=None)
+    with context:
+        overlay = Overlay(context.gl)
+        for size in (SIZE, (64, 48), SIZE):
+            texture = overlay.layer(size, parts.lines, parts.patches)
+        pixels = np.frombuffer(texture.read(alignment=1), np.uint8).reshape(SIZE[1], SIZE[0], 4)[::-1].astype(float)
+        assert context.gl.error == "GL_NO_ERROR"
+        overlay.release()
+    dark, light = (image.eight_bits(annotate(each, given, SIZE, ALL)).astype(float) for each in (black, white))
+    is_covered, is_free = (pixels[..., 3] == 255), (pixels[..., 3] == 0)
+    assert is_covered.sum() > 500 and is_free.mean() > 0.5
+    assert (np.abs(pixels[..., :3] - dark).max(axis=2)[is_covered] <= 2).mean() > 0.97
+    # An opacity that rounds to 0, below 1/510, of white over black is below 7 of 255 in sRGB.
+    assert (dark[is_free] <= 7).all() and (light[is_free] >= 253).all()
+
+
 def test_words_and_legends_are_drawn_once(monkeypatch: pytest.MonkeyPatch) -> None:
     drawer, given = QuickAnnotation(), scene()
     first = drawer.parts(given, SIZE, ALL, transparent=False, window=None)

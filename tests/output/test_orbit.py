@@ -29,6 +29,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 from texvol.util.installation import install_command
+from texvol.util.upward import upward
 
 SCENE = ["v.npy", "--tf", "fog", "--size", "48x32", "--backend", "auto"]
 
@@ -191,7 +192,7 @@ def test_textures_are_uploaded_once(folder: Path, monkeypatch: pytest.MonkeyPatc
 def test_stats_hold_the_last_view_and_the_orbit(folder: Path) -> None:
     assert run("render", *SCENE, "--orbit", "4", "-o", "%d.png", "--stats", "s.json") == 0
     stats = json.loads(Path("s.json").read_text())
-    assert set(stats["orbit"]) == {"views", "seconds", "frames_per_second"}
+    assert set(stats["orbit"]) == {"views", "seconds", "frames_per_second", "estimated_error_of_first_view"}
     assert stats["orbit"]["views"] == 4
     assert 0 < 3 / stats["orbit"]["frames_per_second"] < stats["orbit"]["seconds"]
     assert stats["estimated_error"] > 0
@@ -203,7 +204,7 @@ def test_stats_hold_the_last_view_and_the_orbit(folder: Path) -> None:
 
 @pytest.mark.parametrize("classification", ["slab", "post"])  # in the texels, and in the shader
 def test_a_wanted_error_chooses_on_the_first_view_for_all(
-    folder: Path, monkeypatch: pytest.MonkeyPatch, classification: str
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], classification: str
 ) -> None:
     drawn = []
     render = Renderer.render
@@ -220,6 +221,8 @@ def test_a_wanted_error_chooses_on_the_first_view_for_all(
     assert drawn[0][1] == drawn[1][1] == drawn[2][1]
     stats = json.loads(Path("s.json").read_text())
     assert 0 < stats["orbit"]["estimated_error_of_first_view"] <= 0.003
+    estimate = upward(stats["orbit"]["estimated_error_of_first_view"])
+    assert f", estimated error {estimate} of the first view, " in capsys.readouterr().out
     assert stats["estimated_error"] > 0
     assert stats["slab_thickness"] == drawn[0][1].slab_thickness
 

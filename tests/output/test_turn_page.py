@@ -110,7 +110,9 @@ def test_views_lose_quality_then_pixels_until_they_fit() -> None:
     files = [views.first_encoded(noise)] * 5
     whole = sum(map(len, files))
     assert not views.fitted(files, whole).is_reduced
-    fewer = views.fitted(files, whole * 2 // 3)
+    told: list[int] = []
+    fewer = views.fitted(files, whole * 2 // 3, told.append)
+    assert told == [1, 2, 3, 4, 5]
     assert fewer.quality < 90 and fewer.scale == 1 and sum(map(len, fewer.files)) <= whole * 2 // 3
     small = views.fitted(files, whole // 8)
     assert small.scale < 1 and sum(map(len, small.files)) <= whole // 8
@@ -149,6 +151,15 @@ def test_a_name_is_text_on_the_page(made: Path) -> None:
     html = made.read_text()
     assert "<b>Ramp" not in html and "&lt;b&gt;Ramp" in html
     assert not re.search(r"""(src|href)=["'](?!data:)""", html) and "http:" not in html and "https:" not in html
+
+
+def test_a_page_tells_no_folder(tmp_path: Path) -> None:
+    np.save(tmp_path / "für Ä.npy", ramp_volume().values)
+    line = ["render", str(tmp_path / "für Ä.npy"), "--orbit", "2", "--size", "16", "-o", str(tmp_path / "a b.html")]
+    assert main(line) == 0
+    html = (tmp_path / "a b.html").read_text()
+    assert "<title>für Ä.npy</title>" in html and "<dd>für Ä.npy</dd>" in html and str(tmp_path) not in html
+    assert pages.last_name("scans/patient/") == "patient" and pages.last_name("/") == "/"
 
 
 def test_python_gives_the_same_page_and_a_frame_for_notebooks(tmp_path: Path) -> None:

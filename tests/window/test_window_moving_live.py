@@ -14,7 +14,8 @@ from texvol.scene.camera import Camera
 from texvol.window import cube, light_sphere
 
 SIZE = (300, 460)
-MIDDLE = (SIZE[0] - 60, 60)  # of the cube, in the picture's corner
+SCALE = SIZE[0] / 480  # of the cube in so small a picture
+MIDDLE = (SIZE[0] - 60 * SCALE, 60 * SCALE)  # of the cube, in the picture's corner
 SPHERE = (SIZE[0] + 174.0, 191.0)  # middle of the sphere, beside a scroll bar
 REST: dict[str, Any] = {"do": "rest"}
 
@@ -40,7 +41,7 @@ def place_of(camera: Camera, picked: cube.Pick) -> tuple[float, float]:
     """Where a part of the cube is seen, in window coordinates."""
     face = next(each for each in reversed(cube.visible_faces(camera)) if picked[each[0]] == each[1])
     ((x, y),) = cube.positions(camera, cube.patch(face, picked).mean(axis=0, keepdims=True))
-    return MIDDLE[0] + 25 * float(x), MIDDLE[1] - 25 * float(y)
+    return MIDDLE[0] + 25 * SCALE * float(x), MIDDLE[1] - 25 * SCALE * float(y)
 
 
 @pytest.fixture(scope="module")
@@ -93,7 +94,7 @@ def test_a_drag_of_the_cube_turns_the_scene_with_the_mouse(folder: Path) -> None
     assert after[2] == pytest.approx(before[2]), "to the left only"
     angles = [np.arctan2(each[1], each[0]) for each in (before, after)]
     # A quarter of π for half of the cube's edge; the first moves are too short for a drag, and then count at once.
-    assert angles[1] - angles[0] == pytest.approx(30 / 25 * np.pi / 4, abs=0.2)
+    assert angles[1] - angles[0] == pytest.approx(30 / (25 * SCALE) * np.pi / 4, abs=0.35)
 
 
 @pytest.mark.usefixtures("display")

@@ -128,6 +128,7 @@ def test_what_is_new_is_moving_first_and_refined_when_it_stays() -> None:
     assert director.update(0.2) and director.shown.state == "refining" and not director.at_rest
     refiner.answer()
     assert director.update(0.3) and director.at_rest and director.idle
+    assert director.shown.wanted == Wanted(SCENE, FULL), "the window draws its annotation over slices"
     # And that is all, for as long as nothing changes.
     director.want(Wanted(SCENE, FULL), now=9.0)
     assert not director.update(9.0)

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from texvol.scene.added_volume import AddedVolume
+from texvol.scene.channel import Channel
 from texvol.scene.label_table import LabelEntry, LabelTable
 from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
@@ -24,7 +25,7 @@ from texvol.window.commands import is_command
 from texvol.window.layout import NAMES, PICTURE, VIEWS, Layout, rectangles
 from texvol.window.panels import readout
 from texvol.window.screen import enlarged
-from texvol.window.slice_layers import FINE, Colors, further_layer
+from texvol.window.slice_layers import FINE, Colors, further_layer, hue_of
 from texvol.window.slice_layers import first_layer as first_picture
 from texvol.window.slice_views import Plane, SliceView, cut_of, layer_corners
 from texvol.window.slices import slices_of
@@ -317,6 +318,20 @@ def test_samples_with_colours_of_their_own_have_them() -> None:
     layer = further_layer(volume, Colors(volume, SOLID), Plane.of(volume, slice_, 0), fine=True)
     assert layer is not None
     assert layer.make()[0, :, :3].tolist() == [[0, 255, 0]] * 2
+
+
+def test_the_first_of_several_channels_has_its_colour() -> None:
+    first, second = Volume(np.array([[[0.0, 50.0, 100.0]]])), Volume(np.array([[[0.0, 50.0, 100.0]]]))
+    # Linear 0.214 is seen as half.
+    orange = TransferFunction([0.0, 100.0], [[1, 0.214, 0], [1, 0.214, 0]], [0.0, 2.0])
+    alone, both = Scene(first, orange), Scene(first, orange, added=(AddedVolume(second, SOLID),))
+    assert hue_of(both) is None, "files of their own, such as a CT below a PET"
+    first.channel, second.channel = Channel(0), Channel(1)
+    assert hue_of(alone) is None
+    slice_ = slices_of(first)["axial"]
+    layer = first_picture(first, None, slice_, 0, (50, 100), hue_of(both))
+    assert layer.make()[0].tolist() == [[0, 0, 0, 255], [128, 64, 0, 255], [255, 127, 0, 255]]
+    assert layer.key != first_picture(first, None, slice_, 0, (50, 100)).key
 
 
 def test_the_probe_tells_all_volumes_by_name_unit_and_position() -> None:

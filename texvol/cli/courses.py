@@ -109,10 +109,14 @@ def page_writer(arguments: argparse.Namespace, scene: Scene, title: str | None) 
     return PageWriter(arguments.output, scene, title=title or "", rows=arguments.orbit[1], with_slices=arguments.slices)
 
 
-def said_of_page(stats: Mapping[str, Any], error: float | None) -> tuple[float | None, str]:
-    """Return the estimated error of a page, otherwise `error`; and the end of the last line, on the page's quality."""
-    found = stats.get("orbit", {})
-    return (found["estimated_error_of_first_view"], f", {found['page']}") if "page" in found else (error, "")
+def said_of_frames(stats: Mapping[str, Mapping[str, Any]]) -> tuple[float | None, str, str]:
+    """Return of the entries of a sequence in `--stats` the estimated error, of which picture it is, and the page.
+
+    The page is the end of the last line, on its quality.
+    """
+    ((kind, found),) = stats.items()
+    of = "first time step" if kind == "time" else "first view"
+    return found["estimated_error_of_first_view"], of, f", {found['page']}" if "page" in found else ""
 
 
 def rate(arguments: argparse.Namespace, scene_options: SceneOptions) -> float | None:

@@ -175,7 +175,7 @@ def run(arguments: argparse.Namespace) -> None:
             sequence_stats = _draw_frames(renderer, scene, series, export, scene_options, arguments)
         stats = renderer.stats if arguments.stats else {}
         check, settings, chosen = renderer.check, renderer.settings, renderer.chosen
-        error = stats.get("estimated_error") if stats or sequence_stats else renderer.quick_estimate()
+        error = stats.get("estimated_error") if stats else None if sequence_stats else renderer.quick_estimate()
         scene = renderer.drawn_scene or scene
         metadata = renderer.attributes | (check.attributes if check else {})
     files = {arguments.depth: depth_picture.encoded(arguments.depth, depth)} if depth is not None else {}
@@ -189,9 +189,9 @@ def run(arguments: argparse.Namespace) -> None:
     writing.write_files(files)
     said = [check.sentence] if check is not None and arguments.check else []
     said += [f"classification {chosen.sentence}"] if chosen else []
-    error, page = courses.said_of_page(sequence_stats, error)
+    error, of, page = courses.said_of_frames(sequence_stats) if sequence_stats else (error, "", "")
     by_default = not any(vars(arguments)[each] for each in _ACCURACY[:3])
-    last = summary(scene_options, scene, arguments.output, error, start, by_default=by_default)
+    last = summary(scene_options, scene, arguments.output, error, start, of=of, by_default=by_default)
     say("\n".join([*said, *reasons(scene_options, scene), last + page]))
 
 

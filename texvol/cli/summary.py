@@ -21,12 +21,19 @@ def reasons(options: SceneOptions, scene: Scene) -> list[str]:
 
 
 def summary(
-    options: SceneOptions, scene: Scene, path: str, error: float | None, start: float, *, by_default: bool = True
+    options: SceneOptions,
+    scene: Scene,
+    path: str,
+    error: float | None,
+    start: float,
+    *,
+    of: str = "",
+    by_default: bool = True,
 ) -> str:
     """Return what was drawn, in which look, with which estimated error, and in how long since `start`.
 
-    `by_default` is True if no option decides the accuracy: an error above the limit of the default rate then comes with
-    the option that lowers it.
+    `of` names the picture of a sequence that the error is of. `by_default` is True if no option decides the accuracy:
+    an error above the limit of the default rate then comes with the option that lowers it.
     """
     width, height = options.size
     shown = f"mode {scene.mode}"
@@ -34,6 +41,8 @@ def summary(
         light = "unlit" if scene.lighting is None else "lit"
         shown = f"look {options.look.name}, {light}"
     accuracy = "error not estimated" if error is None else f"estimated error {upward(error)}"
+    if error is not None and of:
+        accuracy += f" of the {of}"
     if by_default and error is not None and error > LIMIT:
         accuracy += f" (more slabs take longer: --max-error {LIMIT:.2g})"
     return f"{path}: {options.volume}, {width}x{height}, {shown}, {accuracy}, {time.perf_counter() - start:.1f} s"

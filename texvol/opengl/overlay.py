@@ -57,6 +57,7 @@ class Overlay:
         self._gl = gl
         self._programs = Programs(gl, FOLDER)
         self._atlas: moderngl.Texture | None = None
+        self._layer: tuple[moderngl.Framebuffer, moderngl.Framebuffer] | None = None  # of parts, and of their sRGB
         self._places: dict[Hashable, tuple[int, int]] = {}
         self._free = (0, 0, 0)  # next free texel, and the row below the patches beside it
 
@@ -73,24 +74,72 @@ class Overlay:
         `background` is what is behind the medium, in linear light. Lines are drawn in their order, then patches.
         """
         self._gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        whole = np.array(size, np.float32) * _CORNERS
-        self._part(0, {"picture": picture}, {"size": size}, whole, "2f", "in_position")
+        self._whole(0, {"picture": picture}, size)
+        self._parts(size, lines, patches, {"picture": picture}, {"background": background})
+
+    def layer(self, size: tuple[int, int], lines: Sequence[Line], patches: Sequence[Patch]) -> moderngl.Texture:
+        """Return annotation without a picture as a texture of sRGB with straight opacity, bottom row first.
+
+        Lines behind the medium are left out. The texture holds until the next call; another framebuffer and viewport
+        are current then.
+        """
+        if self._layer is None or self._layer[0].size != size:
+            self._release_layer()
+            kinds = [self._gl.texture(size, 4, dtype=dtype) for dtype in ("f2", "f1")]
+            self._layer = self._gl.framebuffer(kinds[0]), self._gl.framebuffer(kinds[1])
+        parts, shown = self._layer
+        self._gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+        parts.use()
+        parts.clear()
+        self._parts(size, [line for line in lines if not line.behind], patches, {}, {})
+        self._gl.disable(moderngl.BLEND)
+        shown.use()
+        (texture,) = parts.color_attachments
+        assert isinstance(texture, moderngl.Texture)
+        self._whole(3, {"parts": texture}, size)
+        (texture,) = shown.color_attachments
+        assert isinstance(texture, moderngl.Texture)
+        return texture
+
+    def _whole(self, part: int, textures: dict[str, moderngl.Texture], size: tuple[int, int]) -> None:
+        """Draw a part that covers all pixels."""
+        self._part(part, textures, {"size": size}, np.array(size, np.float32) * _CORNERS, "2f", "in_position")
+
+    def _parts(
+        self,
+        size: tuple[int, int],
+        lines: Sequence[Line],
+        patches: Sequence[Patch],
+        picture: dict[str, moderngl.Texture],
+        background: dict[str, object],
+    ) -> None:
+        """Blend lines and patches with a picture over its background, or with each other if there is none."""
         self._gl.enable(moderngl.BLEND)
         self._gl.blend_equation = moderngl.FUNC_ADD, moderngl.FUNC_ADD
         self._gl.blend_func = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA
         if lines:
-            uniforms: dict[str, object] = {"size": size, "background": background}
             vertices = _vertices_of_lines(lines)
-            self._part(2, {"picture": picture}, uniforms, vertices, "2f 4f 4f 4f", *_OF_LINES)
+            self._part(2, picture, {"size": size, **background}, vertices, "2f 4f 4f 4f", *_OF_LINES)
         if patches:
             vertices = np.concatenate([*map(self._vertices_of, self._placed(patches))])
             assert self._atlas is not None
-            textures = {"picture": picture, "atlas": self._atlas}
+            textures = {**picture, "atlas": self._atlas}
             self._part(1, textures, {"size": size}, vertices, "2f 2f", "in_position", "in_texel")
+
+    def _release_layer(self) -> None:
+        """Release the framebuffers of the layer."""
+        if self._layer is not None:
+            self._gl.screen.use()  # moderngl binds the last framebuffer again, also one that is gone
+            for each in self._layer:
+                for texture in each.color_attachments:
+                    texture.release()
+                each.release()
+            self._layer = None
 
     def release(self) -> None:
         """Release everything on the device."""
         self._programs.release()
+        self._release_layer()
         if self._atlas is not None:
             self._atlas.release()
             self._atlas = None
@@ -104,7 +153,8 @@ class Overlay:
         layout: str,
         *attributes: str,
     ) -> None:
-        program = self._programs.program("overlay", {"PART": part}, "overlay.vert")
+        layer = int(part in (1, 2) and "picture" not in textures)
+        program = self._programs.program("overlay", {"PART": part, "LAYER": layer}, "overlay.vert")
         bind(program, textures, uniforms)
         draw_triangles(self._gl, program, vertices, layout, *attributes)
 

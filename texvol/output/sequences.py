@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from texvol.output.turn_page.writer import PageWriter
     from texvol.rendering.renderer import Renderer
 
+_OF_FIRST = "estimated_error_of_first_view"
 _STEPS = 32  # largest number of steps that represent a series
 
 
@@ -124,6 +125,7 @@ def draw_frames(
 ) -> dict[str, Any]:
     """Draw and write all pictures, or a `page` of them; return their entries for `--stats`."""
     start = after_first = time.perf_counter()
+    estimate: float | None = None
     rate, left = fps or film.default_rate(frames.count), TimeLeft()
     with (
         page or film.Writer(output, size, frames.count, transparent=transparent, fps=rate) as writer,
@@ -132,8 +134,13 @@ def draw_frames(
     ):
         for number, frame in enumerate(drawn):
             if number == 0:
+                estimate = frame.kept.estimate.get(_OF_FIRST)
+                # Slabs of another thickness would be baked, and then these again.
+                if estimate is None and (page is not None or frame.kept.classification != "slab"):
+                    estimate = renderer.quick_estimate()
                 if page is not None:
-                    page.describe(frame.scene, frames.name, renderer.quick_estimate())
+                    page.show = show
+                    page.describe(frame.scene, frames.name, estimate)
                 after_first = time.perf_counter()
             shown = export.of(frame.picture, frame.scene, output)
             metadata = export.metadata(frames.name, frame.scene, output, frame.settings)
@@ -147,4 +154,5 @@ def draw_frames(
         "views": frames.count,
         "seconds": end - start,
         "frames_per_second": (frames.count - 1) / (end - after_first) if frames.count > 1 else None,
-    } | (frame.kept.estimate if page is None else page.stats)
+        _OF_FIRST: estimate,
+    } | (page.stats if page is not None else {})

@@ -44,7 +44,7 @@ class Shown:
     state: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
     coarseness: Coarseness | None = None
-    wanted: Wanted | None = None  # of a picture that moves
+    wanted: Wanted | None = None
 
     @property
     def lacks_annotation(self) -> bool:
@@ -62,6 +62,7 @@ class Director:
         self.version = 0  # number of changes of the wanted scene
         self._changed_at = 0.0
         self._moving: tuple[int, Coarseness, Wanted] | None = None  # job of the mover: version, coarseness, its scene
+        self._refining: Wanted | None = None  # of the refiner's job
         self._moved = self._refined = 0  # newest version that was sent to each painter
         self._sent: tuple[Volume, ...] = ()  # volumes of the mover's last job
         self._warm = False  # True if that job has the volumes of the one before
@@ -131,7 +132,7 @@ class Director:
             )  # fmt: skip
         settled = now - self._changed_at >= SETTLED and self._moved == self.version and not self._mover.busy
         if settled and self._refined < self.version:
-            self._refined, self.refined = self.version, 0.0
+            self._refined, self.refined, self._refining = self.version, 0.0, self._wanted
             self._refiner.ask(kind="rest", scene=at_rest(scene), size=size, showing=showing, accuracy=self.accuracy)
         return new
 
@@ -186,7 +187,7 @@ class Director:
         assert answer.pixels is not None
         self.pictures += 1
         state = "rest" if answer.final else "refining"
-        self.shown = Shown(answer.pixels, self._refined, state, answer.metadata)
+        self.shown = Shown(answer.pixels, self._refined, state, answer.metadata, wanted=self._refining)
         return True
 
     def _fault(self, answer: Answer) -> None:

@@ -1,4 +1,7 @@
-"""Annotation over pictures that move: at the window's resolution, whatever that of the picture below it."""
+"""Annotation that the window draws: over pictures that move, and over slices in the 3D view.
+
+Both have the window's resolution, whatever that of the picture below.
+"""
 
 from __future__ import annotations
 
@@ -18,6 +21,7 @@ class MovingAnnotation:
         self._overlay: Overlay | None = None
         self._drawer = QuickAnnotation()
         self._known: tuple[Any, Parts] | None = None
+        self._layer: tuple[Any, int] | None = None  # OpenGL name of the texture
 
     def draw(self, textures: Textures | None, corner: Size, size: Size, number: int, shown: Shown) -> None:
         """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer.
@@ -26,17 +30,41 @@ class MovingAnnotation:
         the same `number` are the same.
         """
         assert textures is not None and shown.wanted is not None
-        gl, showing = textures.gl, shown.wanted.showing
-        if self._known is None or self._known[0] != (number, size):
-            how: dict[str, Any] = {"transparent": showing.transparent, "window": shown.metadata.get("window")}
-            parts = self._drawer.parts(shown.wanted.scene, size, showing.annotation, **how)
-            self._known = (number, size), parts
-        if self._overlay is None:
-            self._overlay = Overlay(gl)
-        parts = self._known[1]
+        gl = textures.gl
+        parts, overlay = self._parts(size, number, shown), self._drawing(gl)
         texture = textures.texture("moving", number, lambda: shown.pixels)
         before = gl.viewport
         textures.target.use()
         gl.viewport = corner[0], before[3] - corner[1] - size[1], *size
-        self._overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
+        overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
         gl.viewport = before
+
+    def layer(self, textures: Textures, size: Size, number: int, shown: Shown) -> int | None:
+        """Return the OpenGL name of a texture of a picture's annotation alone; None if the picture has none.
+
+        The texture has sRGB with straight opacity, bottom row first.
+        """
+        if shown.wanted is None or not shown.wanted.showing.annotation:
+            return None
+        if self._layer is None or self._layer[0] != (number, size):
+            gl, parts = textures.gl, self._parts(size, number, shown)
+            before = gl.viewport
+            texture = self._drawing(gl).layer(size, parts.lines, parts.patches)
+            textures.target.use()
+            gl.viewport = before
+            self._layer = (number, size), int(texture.glo)
+        return self._layer[1]
+
+    def _parts(self, size: Size, number: int, shown: Shown) -> Parts:
+        assert shown.wanted is not None
+        if self._known is None or self._known[0] != (number, size):
+            showing = shown.wanted.showing
+            how: dict[str, Any] = {"transparent": showing.transparent, "window": shown.metadata.get("window")}
+            parts = self._drawer.parts(shown.wanted.scene, size, showing.annotation, **how)
+            self._known = (number, size), parts
+        return self._known[1]
+
+    def _drawing(self, gl: Any) -> Overlay:
+        if self._overlay is None:
+            self._overlay = Overlay(gl)
+        return self._overlay

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from texvol.scene.display import straight_colors
 from texvol.scene.label_counts import label_counts
+from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.color import srgb_from_linear
 from texvol.window.slice_views import Corners, Plane, cut_of, layer_corners
 from texvol.window.slices import Slice, grey
+from texvol.window.tinting import Color, tint_of
 
 FINE, COARSE = 512, 192  # points along each side of the samples of an oblique volume: at rest, and while it moves
 _ENTRIES = 2048  # of a table of measured values
@@ -105,19 +107,37 @@ def _table(values: NDArray[np.float64], medium: TransferFunction, *, labels: boo
     return np.ascontiguousarray(np.rint(np.clip(shown, 0, 1) * 255).astype(np.uint8)).view(np.uint32)[:, 0]
 
 
+def hue_of(scene: Scene) -> Color | None:
+    """Return the linear colour of the first volume if it is one of several channels that are shown, else None."""
+    medium = scene.transfer_function
+    if scene.volume.channel is None or medium is None or all(each.volume.channel is None for each in scene.added):
+        return None
+    return tint_of(medium).shown_color
+
+
 def first_layer(
-    volume: Volume, colors: Colors | None, slice_: Slice, number: int, window: tuple[float, float]
+    volume: Volume,
+    colors: Colors | None,
+    slice_: Slice,
+    number: int,
+    window: tuple[float, float],
+    hue: Color | None = None,
 ) -> Layer:
-    """Return the picture of the first volume: labels in colour, other values in grey or in the samples' colours."""
+    """Return the picture of the first volume: labels in colour, other values in grey or in the samples' colours.
+
+    Grey values are shades of the linear colour `hue` if there is one.
+    """
 
     def make() -> NDArray[np.uint8]:
         values = slice_.values(volume, number)
         if volume.labels and colors is not None:
             return colors.of(values)
         levels = grey(values, window)
-        return levels if volume.colors is None else _own_colors(volume, slice_, number, levels)
+        if volume.colors is not None:
+            return _own_colors(volume, slice_, number, levels)
+        return levels if hue is None else _shades(levels, hue)
 
-    how: Any = colors if volume.labels else window
+    how: Any = colors if volume.labels else (window, hue)
     corners = layer_corners(volume, slice_, Plane.of(volume, slice_, number))
     return Layer((id(volume), slice_, number, how), make, corners, volume.nearest)
 
@@ -175,6 +195,13 @@ def _of_samples(volume: Volume, colors: Colors, slice_: Slice, depth: float) -> 
     if volume.colors is not None:
         found[..., :3] = _own_colors(volume, slice_, number, found[..., 3])[..., :3]
     return found
+
+
+def _shades(levels: NDArray[np.uint8], hue: Color) -> NDArray[np.uint8]:
+    """Return grey levels as opaque shades of a linear colour."""
+    table = np.full((256, 4), 255, np.uint8)
+    table[:, :3] = np.rint(np.arange(256)[:, np.newaxis] * srgb_from_linear(np.array(hue)))
+    return table[levels]
 
 
 def _own_colors(volume: Volume, slice_: Slice, number: int, opacity: NDArray[np.uint8]) -> NDArray[np.uint8]:

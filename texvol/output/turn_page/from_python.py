@@ -109,7 +109,7 @@ def turn_page(
     if columns * rows > page.MOST_VIEWS or max(size) > page.MOST_SIDE:
         raise InputError(f"views must be at most {page.MOST_VIEWS} of {page.MOST_SIDE} pixels, got {views!r} of {size}")
     framed = _framed(scene, size, turn)
-    title = title or scene.volume.name or "scene"
+    title = title or page.last_name(scene.volume.name or "scene")
     collection = page.Collection(framed, rows, title, scene.volume if slices else None)
     frames = sequences.views(framed, columns * rows, scene.volume.name, turn)
     with Renderer(backend, device=device) as renderer, closing(_drawn(renderer, frames, size, accuracy)) as drawn:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -34,6 +34,11 @@ _FORMATS = (".html", ".htm")
 def is_page(path: str | os.PathLike[str]) -> bool:
     """True if the name is that of a page."""
     return Path(path).suffix.lower() in _FORMATS
+
+
+def last_name(path: str) -> str:
+    """Return the name of a file or a folder without the folders above it, which a page that is sent does not tell."""
+    return Path(path).name or path
 
 
 def check(path: str | os.PathLike[str], count: int, size: tuple[int, int]) -> None:
@@ -75,8 +80,8 @@ class Collection:
         self.files.append(views.first_encoded(np.asarray(picture)))
         self.size = (picture.shape[1], picture.shape[0])
 
-    def html(self) -> tuple[str, str]:
-        """Return the page, and a sentence about its quality.
+    def html(self, tell: Callable[[int], None] = lambda number: None) -> tuple[str, str]:
+        """Return the page, and a sentence about its quality; for `tell` see `views.fitted`.
 
         Raises
         ------
@@ -87,7 +92,7 @@ class Collection:
         # The first view is there twice: once for readers without scripts.
         taken = _FRAME + 4 * max(map(len, self.files)) // 3 + (len(slices["samples"]) if slices else 0)
         # Base64 makes four characters of three bytes, and pads; a view has quotes and a comma besides.
-        fitted = views.fitted(self.files, (ROOM - taken) * 3 // 4 - 8 * len(self.files))
+        fitted = views.fitted(self.files, (ROOM - taken) * 3 // 4 - 8 * len(self.files), tell)
         columns = len(self.files) // self.rows
         data = {
             **{"columns": columns, "rows": self.rows, "start": self._start(columns), "kind": views.KIND},
@@ -157,7 +162,7 @@ def details(scene: Scene, names: Sequence[str] = (), error: float | None = None)
         else f"{upward(error)} of the linear picture of the first view, before compression"
     )
     return {
-        "volume": ", ".join(names) or volume.name,
+        "volume": ", ".join(map(last_name, names)) or last_name(volume.name),
         "samples": f"{nx} x {ny} x {nz}, spacing {spacing}{unit}",
         "mode": scene.mode if medium is None else f"{scene.mode}, transfer function {medium.name}",
         "estimated error": said,

@@ -8,6 +8,7 @@ with fewer pixels.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,8 +55,10 @@ def first_encoded(picture: NDArray[np.float32]) -> bytes:
     return _encoded(image.eight_bits(picture), _FIRST)
 
 
-def fitted(files: list[bytes], room: int) -> Fitted:
+def fitted(files: list[bytes], room: int, tell: Callable[[int], None] = lambda number: None) -> Fitted:
     """Return the views with the highest quality by which their files have at most `room` bytes together.
+
+    `tell` is called with the number of each view, from 1, before it is encoded again.
 
     Raises
     ------
@@ -71,7 +74,10 @@ def fitted(files: list[bytes], room: int) -> Fitted:
             average = sum(len(_encoded(each, quality)) for each in pixels) / len(pixels)
             if _RESERVE * average * len(files) > room:
                 continue
-            again = [_encoded(_reduced(_decoded(each), scale), quality) for each in files]
+            again = []
+            for number, each in enumerate(files, 1):
+                tell(number)
+                again.append(_encoded(_reduced(_decoded(each), scale), quality))
             if sum(map(len, again)) <= room:
                 return Fitted(again, quality, scale)
     megabytes = room / 1e6

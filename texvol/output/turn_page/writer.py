@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.output.turn_page.page import Collection, details
+from texvol.output.turn_page.page import Collection, details, last_name
 from texvol.scene.scene import Scene
 from texvol.util import writing
 
@@ -34,9 +34,10 @@ class PageWriter:
         self, path: str | os.PathLike[str], first: Scene, *, title: str = "", rows: int = 1, with_slices: bool = False
     ) -> None:
         self._path = path
-        title = title or first.volume.name or os.path.basename(path)
+        title = title or last_name(first.volume.name or os.fspath(path))
         self._page = Collection(first, rows, title, first.volume if with_slices else None)
         self.stats: dict[str, Any] = {}
+        self.show: Callable[[str], None] = lambda text: None  # of the progress of `finish`, where that takes long
 
     def add(self, picture: NDArray[np.float32], attributes: Mapping[str, str] | None = None) -> None:
         """Add the next view."""
@@ -44,8 +45,7 @@ class PageWriter:
 
     def describe(self, scene: Scene, name: str, error: float | None) -> None:
         """Set the details of the page by its first view: the scene that was drawn, its file, the estimated error."""
-        self.stats["estimated_error_of_first_view"] = error
-        self._page.about = details(scene, [os.path.basename(name)] if name else [], error)
+        self._page.about = details(scene, [name] if name else [], error)
 
     def finish(self) -> None:
         """Write the page.
@@ -55,7 +55,12 @@ class PageWriter:
         InputError
             If the views do not fit, or the file can't be written.
         """
-        html, self.stats["page"] = self._page.html()
+        count = len(self._page.files)
+
+        def tell(number: int) -> None:
+            self.show(f"texvol: compressing view {number} of {count}")
+
+        html, self.stats["page"] = self._page.html(tell)
         writing.write_files({self._path: html.encode()})
 
     def __enter__(self) -> PageWriter:

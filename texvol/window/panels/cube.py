@@ -20,7 +20,7 @@ _EDGE = 25.0  # half of the cube's edge, window coordinates at scale 1
 _MARGIN = 60.0  # from the picture's corner to the cube's middle
 _BUTTONS = 28.0  # height of the buttons of the layout, which are in that corner beside slices
 _REACH = 46.0  # radius of the cube with its corners
-_LEAST = 260.0  # of the picture's sides: in a smaller picture the cube would cover too much
+_LARGE, _LEAST = 480.0, 300.0  # of the picture's sides: below the first the cube shrinks, below the second it is hidden
 _LEGEND = 0.25  # of the picture's height, from where on the legend has the right border
 _CLICK = 4.0  # a mouse that moves less than this, in window coordinates, has clicked
 _FACE, _LINE, _LETTER = (0.86, 0.88, 0.91), (0.30, 0.33, 0.38), (0.10, 0.12, 0.16)
@@ -80,7 +80,7 @@ def _held(desk: Desk, document: Document, now: tuple[float, float]) -> None:
     if moving.dragged or np.hypot(right, down) > _CLICK * parts.scale():
         moving.dragged, moving.pressed = True, now
         # A drag over the cube turns by a quarter, so that its faces follow the mouse.
-        turn = np.pi / 4 / (_EDGE * parts.scale())
+        turn = np.pi / 4 / (_EDGE * _scale(desk))
         view = navigation.orbit(document.view, right * turn, -down * turn, free=desk.steering.free)
         desk.attempt(lambda: document.look(view))
     if not io.mouse_down[0]:
@@ -92,15 +92,23 @@ def _held(desk: Desk, document: Document, now: tuple[float, float]) -> None:
 
 
 def _shows(desk: Desk) -> bool:
-    scale, viewport = parts.scale(), desk.viewport
-    large = min(viewport.width, viewport.height) >= _LEAST * scale
+    large = _smallest_side(desk) >= _LEAST * parts.scale()
     return desk.moving.cube and desk.preferences.panels and large and desk.director.shown is not None
+
+
+def _smallest_side(desk: Desk) -> float:
+    return float(min(desk.viewport.width, desk.viewport.height))
+
+
+def _scale(desk: Desk) -> float:
+    """Return the scale of the cube: that of the interface, and less in a small picture."""
+    return min(parts.scale(), _smallest_side(desk) / _LARGE)
 
 
 def _place(desk: Desk) -> tuple[tuple[float, float], float]:
     """Return the cube's middle and half of its edge, in window coordinates."""
-    scale, viewport = parts.scale(), desk.viewport
-    down = (_MARGIN + (_BUTTONS if desk.layout.shown else 0.0)) * scale
+    scale, viewport = _scale(desk), desk.viewport
+    down = _MARGIN * scale + (_BUTTONS * parts.scale() if desk.layout.shown else 0.0)
     right = viewport.width - _MARGIN * scale
     assert desk.document is not None
     if desk.document.showing.annotation.legend and down + _REACH * scale > _LEGEND * viewport.height:
@@ -113,7 +121,7 @@ def _at(desk: Desk, point: tuple[float, float]) -> Pick | None:
     assert desk.document is not None
     middle, edge = _place(desk)
     right, down = point[0] - middle[0], point[1] - middle[1]
-    if np.hypot(right, down) > _REACH * parts.scale():
+    if np.hypot(right, down) > _REACH * _scale(desk):
         return None
     return cube.pick(desk.document.view.camera, (right / edge, -down / edge))
 

@@ -1,6 +1,7 @@
 """Planes of the slices in the 3D view: outlines over the picture, and the slices themselves if that is switched on.
 
-They are drawn by the window over the picture, as lines of annotation are, so that a turn is as quick with them.
+They are drawn by the window over the picture, as lines of annotation are, so that a turn is as quick with them. The
+picture's annotation is drawn once more over each part of a slice, so that letters are not covered.
 Slices in the 3D view are cut at the crosshair into quarters, which are drawn from the farthest to the nearest: no
 quarter meets another one, so that each hides what is behind it.
 """
@@ -22,7 +23,7 @@ from texvol.window.slice_views import Plane, layer_corners
 from texvol.window.slices import NAMES
 
 _OUTLINE, _CROSS = 0xE0_00_00_00, 0x70_00_00_00  # alpha of lines
-_PICTURE = 0xE6_FF_FF_FF
+_PICTURE, _WHITE = 0xE6_FF_FF_FF, 0xFF_FF_FF_FF
 _PARTS = 6  # along each side of a quarter, in perspective: a picture is drawn in parts without perspective of their own
 
 
@@ -78,7 +79,7 @@ def _placed(desk: Desk, camera: Camera, points: NDArray[np.float64]) -> NDArray[
 
 def _pictures(desk: Desk, document: Document, drawn: Any) -> None:
     """Draw the slices in quarters, the farthest first."""
-    layout, camera = desk.layout, document.view.camera
+    layout, camera, annotation = desk.layout, document.view.camera, _annotation(desk)
     quarters = []
     for name in NAMES:
         plane = Plane.of(document.scene.volume, layout.slices[name], layout.number(name))
@@ -92,7 +93,10 @@ def _pictures(desk: Desk, document: Document, drawn: Any) -> None:
                     depth = float((middle[0] - np.array(camera.eye)) @ camera.forward)
                     quarters.append((depth, name, plane, found, (left, right, top, bottom)))
     for _, name, plane, layers, ends in sorted(quarters, key=lambda each: -each[0]):
-        _quarter(desk, camera, drawn, name, plane, layers[0], ends)
+        quads = _quads(desk, camera, plane, layers[0], ends)
+        _add(drawn, _texture(desk, name, layers[0]), quads, _PICTURE)
+        if annotation is not None:
+            _add(drawn, annotation, [(corners, _in_picture(desk, corners)) for corners, _ in quads], _WHITE)
 
 
 def _at(corners: NDArray[np.float64], fractions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -100,24 +104,47 @@ def _at(corners: NDArray[np.float64], fractions: NDArray[np.float64]) -> NDArray
     return np.asarray(corners[0] + fractions @ np.stack([corners[1] - corners[0], corners[3] - corners[0]]))
 
 
-def _quarter(
-    desk: Desk, camera: Camera, drawn: Any, name: str, plane: Plane, layer: Layer,
-    ends: tuple[float, float, float, float],
-) -> None:  # fmt: skip
-    """Draw a quarter of the first volume's slice; in perspective by small parts."""
+def _texture(desk: Desk, name: str, layer: Layer) -> Any:
+    """Return the texture of the first volume's slice."""
     assert desk.textures is not None
-    number = desk.textures.get(f"slice {name} 0", layer.key, layer.make, nearest=layer.nearest)
-    texture = imgui.ImTextureRef(number)
+    return imgui.ImTextureRef(desk.textures.get(f"slice {name} 0", layer.key, layer.make, nearest=layer.nearest))
+
+
+def _annotation(desk: Desk) -> Any:
+    """Return the texture of the annotation of the shown picture; None if it has none."""
+    shown, textures = desk.director.shown, desk.textures
+    if shown is None or textures is None:
+        return None
+    number = desk.annotating.layer(textures, desk.pixels, desk.director.pictures, shown)
+    return None if number is None else imgui.ImTextureRef(number)
+
+
+def _quads(
+    desk: Desk, camera: Camera, plane: Plane, layer: Layer, ends: tuple[float, float, float, float]
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Return the parts of a quarter, several in perspective: corners in the window and in the slice's picture."""
     corners = np.array([plane.point(*each) for each in layer.corners])
     count = _PARTS if camera.projection == "perspective" else 1
     left, right, top, bottom = ends
     across, along = np.linspace(left, right, count + 1), np.linspace(top, bottom, count + 1)
-    grid = np.stack(np.meshgrid(across, along), axis=-1).reshape(-1, 2)
-    places = _placed(desk, camera, _at(corners, grid)).reshape(count + 1, count + 1, 2)
-    for row in range(count):
-        for column in range(count):
-            around = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
-            shown = [places[each] for each in around]
-            if np.isfinite(shown).all():
-                uv = [imgui.ImVec2(across[c], along[r]) for r, c in around]
-                drawn.add_image_quad(texture, *[imgui.ImVec2(*each) for each in shown], *uv, _PICTURE)
+    grid = np.stack(np.meshgrid(across, along), axis=-1)
+    places = _placed(desk, camera, _at(corners, grid.reshape(-1, 2))).reshape(grid.shape)
+    around = np.array([(0, 0), (0, 1), (1, 1), (1, 0)])
+    found = []
+    for row, column in np.ndindex(count, count):
+        rows, columns = (around + (row, column)).T
+        if np.isfinite(places[rows, columns]).all():
+            found.append((places[rows, columns], grid[rows, columns]))
+    return found
+
+
+def _in_picture(desk: Desk, corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return places in the window as fractions of the 3D view, upwards."""
+    box = desk.viewport
+    return np.asarray((corners - (box.x, box.y + box.height)) / (box.width, -box.height))
+
+
+def _add(drawn: Any, texture: Any, quads: list[tuple[NDArray[np.float64], NDArray[np.float64]]], color: int) -> None:
+    for corners, places in quads:
+        points = [imgui.ImVec2(*each) for each in corners.tolist()]
+        drawn.add_image_quad(texture, *points, *[imgui.ImVec2(*each) for each in places.tolist()], color)

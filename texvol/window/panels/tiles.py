@@ -20,7 +20,7 @@ from texvol.window.editing import owner_of
 from texvol.window.layout import PICTURE, Layout
 from texvol.window.measure_slices import SliceMap
 from texvol.window.panels import measure_in_slices, parts
-from texvol.window.slice_layers import Colors, Layer, first_layer, further_layer
+from texvol.window.slice_layers import Colors, Layer, first_layer, further_layer, hue_of
 from texvol.window.slice_views import Plane, SliceView
 from texvol.window.slices import NAMES, letters_of
 from texvol.window.steering import Viewport
@@ -99,7 +99,7 @@ def layers_of(desk: Desk, scene: Scene, name: str, plane: Plane) -> list[Layer]:
     layout = desk.layout
     slice_, fine = layout.slices[name], not imgui.is_mouse_down(0)
     colors = _colors(desk, scene, 0) if scene.volume.labels else None
-    layers = [first_layer(scene.volume, colors, slice_, layout.number(name), layout.window)]
+    layers = [first_layer(scene.volume, colors, slice_, layout.number(name), layout.window, hue_of(scene))]
     for number, added in enumerate(scene.added, 1):
         found = _colors(desk, scene, number)
         layer = None if found is None else further_layer(added.volume, found, plane, fine=fine)

@@ -13,6 +13,7 @@ from texvol.window.panels import parts
 _MARGIN, _WIDTH = 10.0, 330.0  # window coordinates at scale 1
 _MOST = 0.8  # of the picture's width
 _LETTERS = 40  # of the file's name
+_LEAST = 300.0  # of the picture's sides: in a smaller one the text is a tooltip
 
 
 def show(desk: Desk) -> None:
@@ -30,13 +31,19 @@ def show(desk: Desk) -> None:
     waiting = f", {len(desk.orders)} more after it" if desk.orders else ""
     name = os.path.basename(desk.written) or "a file"
     forecast = desk.moving.forecasts.get(desk.written)
-    # Nothing is known of the speed before the second picture of a film.
-    left = desk.moving.left.text(desk.now) or ("" if forecast is None else f"{duration(forecast)} or so")
-    imgui.text_wrapped(f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else ""))
+    # Nothing is known of the speed before the second picture of a film; before the first one, that of another file is.
+    left = desk.moving.left.text(desk.now) if desk.writing > 0 else ""
+    left = left or ("" if forecast is None else f"{duration(forecast)} or so")
+    text = f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else "")
+    is_small = min(viewport.width, viewport.height) < _LEAST * scale
+    if not is_small:
+        imgui.text_wrapped(text)
     style = imgui.get_style()
     button = imgui.calc_text_size("stop").x + 2 * style.frame_padding.x
     room = imgui.get_content_region_avail().x - button - style.item_spacing.x
     imgui.progress_bar(desk.writing, imgui.ImVec2(max(room, 1), 0), f"{100 * desk.writing:.0f} %")
+    if is_small:
+        imgui.set_item_tooltip(text)
     imgui.same_line()
     if imgui.button("stop"):
         stop(desk)
