@@ -70,7 +70,7 @@ class Beside(Walker):
         self, other: Other, renderer: Renderer, scene: Scene, truth: NDArray[np.float64], time_limit: float
     ) -> None:
         super().__init__(truth, time_limit)
-        self.name, self.rates, self._other = other.name, other.rates, other
+        self.name, self.rates, self.note, self._other = other.name, other.rates, other.note, other
         self._renderer, self._scene = renderer, scene
         self._closing = contextlib.ExitStack()
         self._process: subprocess.Popen[str] | None = None
@@ -141,7 +141,8 @@ class Beside(Walker):
         soft = replace(soft_scene(self._scene), classification="post")
         ours = self._renderer.render(soft, SIZE, sampling_rate=_CHECK_RATE)
         picture = self.asked("check", self._other.families[0], self._other.check_rate).picture
-        assert picture is not None
+        if not picture.any():
+            raise OtherError(f"draws nothing of this view ({self._scene.completed(SIZE).camera.projection} camera)")
         found = rms(picture, ours)
         if not found <= MOST_DIFFERENT:
             raise OtherError(f"draws another model, {self._other.note} (rms {found:.2g} of a soft version)")

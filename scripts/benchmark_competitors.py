@@ -32,6 +32,7 @@ RATES = tuple(2.0**power for power in range(-5, 6))  # samples per smallest spac
 _VTK_RATES = tuple(2.0 ** (power / 2) for power in range(-8, 7))  # distances of 16 voxels to an eighth
 _CLASSIFICATIONS = ("post", "extinction", "slab", "integrated")
 NEARLY_AS_FAST = 1.3  # times differ by as much from turn to turn
+_SLOW = 2.0  # seconds of a frame beside which what the first of its kind prepares is nothing
 _FLOOR = 0.9  # an error that a finer setting leaves above this share of itself has stopped falling
 _FALLS_FROM = 5e-2  # errors above say little about the next
 
@@ -109,11 +110,13 @@ class Walker:
                     starts[family] = reached
 
     def again(self, trials: Sequence[Trial]) -> dict[Trial, Seconds]:
-        """Two frames of each after one that isn't counted."""
+        """Two frames of each after one that isn't counted; of slow ones one."""
         times = {}
         for trial in trials:
-            self.frame(trial.setting)
-            times[trial] = median_seconds([self.frame(trial.setting) for _ in range(2)])
+            slow = trial.seconds > _SLOW
+            if not slow:
+                self.frame(trial.setting)
+            times[trial] = median_seconds([self.frame(trial.setting) for _ in range(1 if slow else 2)])
         return times
 
     def _walk(self, family: str, start: int, wanted: float, deadline: float) -> int | None:

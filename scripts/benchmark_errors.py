@@ -79,7 +79,7 @@ def compare_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth: 
     for competitor in competitors:
         start = time.perf_counter()
         competitor.search()
-        _say(name, competitor, time.perf_counter() - start)
+        say(name, competitor, time.perf_counter() - start)
     times = final_times(competitors, run.rounds)
     for wanted in WANTED:
         winner = best(ours.trials, wanted, times)
@@ -143,6 +143,7 @@ def errors(run: Run) -> None:
             compare_scene(run, renderer, name, scene, truths.of(scene))
 
 
-def _say(name: str, competitor: Competitor, seconds: float) -> None:
+def say(name: str, competitor: Competitor, seconds: float) -> None:
+    """Tell on stderr what was tried."""
     tried = ", ".join(f"{each.words}: {milliseconds(each.seconds)} ms {each.rms:.1e}" for each in competitor.trials)
-    print(f"{name}: {type(competitor).__name__}, {seconds:.0f} s; {tried}", file=sys.stderr, flush=True)
+    print(f"{name}: {competitor.name}, {seconds:.0f} s; {tried or competitor.problem}", file=sys.stderr, flush=True)

@@ -33,7 +33,11 @@ class Program:
 
     def classify(self, medium: Medium) -> None:
         """Take another transfer function."""
-        device, volume, self._world = self._device, self._device.newVolume("transferFunction1D"), self._device.newWorld()
+        device, volume, self._world = (
+            self._device,
+            self._device.newVolume("transferFunction1D"),
+            self._device.newWorld(),
+        )
         table = np.column_stack([medium.colors, medium.opacities(1.0)]).astype(np.float32)
         self._set(
             volume,
@@ -68,7 +72,9 @@ class Program:
     def _aimed(self) -> Any:
         told, (width, height) = self._given.camera, self._given.size
         camera = self._device.newCamera(told["projection"])
-        extent = {"height": told["height"]} if told["projection"] == "orthographic" else {"fovy": np.radians(told["fov"])}
+        extent = (
+            {"height": told["height"]} if told["projection"] == "orthographic" else {"fovy": np.radians(told["fov"])}
+        )
         self._set(
             camera,
             aspect=(anari.FLOAT32, width / height),

@@ -6,13 +6,21 @@ fixed-point mapper: pyvista turns cells into averages at their corners.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pyvista
 from numpy.typing import NDArray
-from side_given import Given, Medium
+from pyvista.plotting.mapper import FixedPointVolumeRayCastMapper, GPUVolumeRayCastMapper
+from side_given import Array, Given, Medium
+from vtkmodules.vtkCommonDataModel import vtkPlane
 from vtkmodules.vtkRenderingVolume import vtkFixedPointVolumeRayCastMapper, vtkGPUVolumeRayCastMapper
 
-_MAPPERS = {"gpu": vtkGPUVolumeRayCastMapper, "fixed_point": vtkFixedPointVolumeRayCastMapper}
+# pyvista's class of each mapper, and VTK's.
+_MAPPERS = {
+    "gpu": (GPUVolumeRayCastMapper, vtkGPUVolumeRayCastMapper),
+    "fixed_point": (FixedPointVolumeRayCastMapper, vtkFixedPointVolumeRayCastMapper),
+}
 
 
 class Program:
@@ -21,8 +29,9 @@ class Program:
     def __init__(self, given: Given) -> None:
         self._given = given
         self._plotters: dict[str, tuple[pyvista.Plotter, pyvista.Volume]] = {}
-        same = all(issubclass(getattr(pyvista.plotting.mapper, _own(name)), each) for name, each in _MAPPERS.items())
-        self.about = f"its mappers are {'those' if same else 'not those'} of VTK {pyvista.vtk_version_info}"
+        version = ".".join(map(str, pyvista.vtk_version_info))
+        same = all(issubclass(own, of_vtk) for own, of_vtk in _MAPPERS.values())
+        self.about = f"its mappers are {'those' if same else 'not those'} of VTK {version}"
 
     def classify(self, medium: Medium) -> None:
         """Take another transfer function."""
@@ -37,6 +46,7 @@ class Program:
         plotter, volume = self._plotters[family]
         volume.mapper.SetSampleDistance(1 / rate)
         plotter.camera.Modified()
+        plotter.render()
         picture = plotter.screenshot(return_img=True, transparent_background=True)
         return np.asarray(picture, np.float32) / np.float32(255)
 
@@ -46,6 +56,7 @@ class Program:
         grid = pyvista.ImageData(dimensions=samples.shape[::-1], spacing=given.spacing, origin=-given.spacing / 2)
         grid.point_data["values"] = samples.reshape(-1)
         plotter = pyvista.Plotter(off_screen=True, window_size=list(given.size), lighting="none")
+        plotter.background_color = "black"  # what is drawn is premultiplied
         volume = plotter.add_volume(
             grid,
             cmap=lookup_table(medium),
@@ -58,9 +69,7 @@ class Program:
         mapper = volume.mapper
         mapper.AutoAdjustSampleDistancesOff()
         mapper.LockSampleDistanceToInputSpacingOff()
-        mapper.CroppingOn()
-        mapper.SetCroppingRegionFlagsToSubVolume()
-        mapper.SetCroppingRegionPlanes(*(end for far in given.box for end in (0, far)))
+        _cut(mapper, family, given)
         _aim(plotter, given)
         return plotter, volume
 
@@ -73,8 +82,25 @@ def lookup_table(medium: Medium) -> pyvista.LookupTable:
     return table
 
 
-def _own(name: str) -> str:
-    return {"gpu": "GPUVolumeRayCastMapper", "fixed_point": "FixedPointVolumeRayCastMapper"}[name]
+def _cut(mapper: Any, family: str, given: Given) -> None:
+    """Let a mapper end at the box; the one for graphics cards would crop half a voxel too late."""
+    if family == "fixed_point":
+        mapper.CroppingOn()
+        mapper.SetCroppingRegionFlagsToSubVolume()
+        mapper.SetCroppingRegionPlanes(*(end for far in given.box for end in (0, far)))
+        return
+    for axis, far in enumerate(given.box):
+        for place, sign in ((0.0, 1.0), (far, -1.0)):
+            normal, origin = np.zeros(3), np.zeros(3)
+            normal[axis], origin[axis] = sign, place
+            mapper.AddClippingPlane(_plane(origin, normal))
+
+
+def _plane(origin: Array, normal: Array) -> vtkPlane:
+    plane = vtkPlane()
+    plane.SetOrigin(origin.tolist())
+    plane.SetNormal(normal.tolist())
+    return plane
 
 
 def _aim(plotter: pyvista.Plotter, given: Given) -> None:

@@ -69,14 +69,9 @@ class Program:
         self._visual.set_gl_state(blend=False, depth_test=False, cull_face=False)
         matrix = pixels_from_voxels(self._given.clip_from_box, self._given.spacing, self._given.size)
         self._visual.transform = MatrixTransform(matrix.T)
-        with self._frame:
-            self._visual.transforms.configure(
-                canvas=self._canvas,
-                fbo=self._frame,
-                viewport=(0, 0, *self._given.size),
-                fbo_size=self._given.size,
-                canvas_size=self._given.size,
-            )
+        self._visual.transforms.configure(
+            viewport=(0, 0, *self._given.size), fbo_size=self._given.size, canvas=self._canvas
+        )
 
     def draw(self, family: str, rate: float) -> NDArray[np.float32]:
         """Return the picture."""

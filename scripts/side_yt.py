@@ -25,9 +25,10 @@ class Program:
         near, far = given.spans()
         self._length = float((far - near).max()) * 1.01
         origins, directions = given.rays
-        # yt's first axis of a picture counts columns, its second rows from below.
-        self._starts = _by_column(origins + near[..., np.newaxis] * directions)
-        self._paths = _by_column(directions * self._length)
+        # yt puts each sample over those before it, so rays come from behind. The first axis of its pictures counts
+        # columns, the second rows from below.
+        self._starts = _by_column(origins + far[..., np.newaxis] * directions)
+        self._paths = _by_column(directions * -self._length)
         self._ends = _by_column((far - near) / self._length)
 
     def classify(self, medium: Medium) -> None:
