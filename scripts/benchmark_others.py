@@ -35,6 +35,7 @@ _SWEEP_SECONDS, _QUICK_SWEEP_SECONDS = 30.0, 10.0  # of each kind of settings of
 _MOST_TIMED = 6  # settings of a program that are timed again
 _OF_INTEREST = (WANTED[-1] / 4, 6e-2)  # errors that the chart shows
 _REFEREE, _REFEREE_PICTURES, _MOST_WALKS = "Mitsuba 3", 16, 64
+_CHANCE = 3.9  # standard errors
 
 
 def others(run: Run) -> None:
@@ -50,9 +51,9 @@ def others(run: Run) -> None:
         curves[name] = measured.curves
         print(measured.text, flush=True)
         lines.append(measured.text)
-    if run.page:
-        put_between("\n\n".join(lines), PAGE)
-        draw_chart(curves, CHART)
+        if run.page:  # after each scene: what is there stays if the run is ended
+            put_between("\n\n".join(lines), PAGE)
+            draw_chart(curves, CHART)
 
 
 def explanation() -> str:
@@ -163,21 +164,26 @@ class Verdict:
 
     rms: float
     expected: float
-    deviations: float  # of the mean over all pixels, in standard errors; the channel that is farthest off
+    excess: float  # of the squared distance over what is expected, in standard errors
+    offset: float  # of the mean over all pixels, in standard errors; the channel that is farthest off
 
     @property
     def agrees(self) -> bool:
-        """True if what is left after the noise is less than a tenth of it, and the mean within four standard errors."""
-        return self.rms**2 - self.expected**2 < (0.1 * self.expected) ** 2 and self.deviations < 4
+        """True if neither is larger than chance makes it once in ten thousand times."""
+        return max(self.excess, self.offset) < _CHANCE
 
 
 def referee(pictures: NDArray[np.floating], truth: NDArray[np.float64]) -> Verdict:
     """Return the verdict of independent noisy pictures (count, height, width, 4)."""
     variance = pictures.var(axis=0, ddof=1, dtype=np.float64) / len(pictures)
     apart = pictures.mean(axis=0, dtype=np.float64) - truth
-    errors = np.sqrt(variance.sum(axis=(0, 1))) / variance[..., 0].size
-    deviations = np.abs(apart.mean(axis=(0, 1))) / np.where(errors > 0, errors, np.inf)
-    return Verdict(float(np.sqrt((apart**2).mean())), float(np.sqrt(variance.mean())), float(deviations.max()))
+    beyond = (apart**2 - variance).mean(axis=2)  # of a pixel; its expectation is the squared bias
+    excess = beyond.mean() / (beyond.std() / np.sqrt(beyond.size))
+    errors = np.sqrt(variance.sum(axis=(0, 1))) / beyond.size
+    offsets = np.abs(apart.mean(axis=(0, 1))) / errors
+    return Verdict(
+        float(np.sqrt((apart**2).mean())), float(np.sqrt(variance.mean())), float(excess), float(offsets.max())
+    )
 
 
 def verdict_of(program: Beside, truth: NDArray[np.float64], seconds: float) -> str:
@@ -186,9 +192,10 @@ def verdict_of(program: Beside, truth: NDArray[np.float64], seconds: float) -> s
     walks = int(np.clip(seconds / _REFEREE_PICTURES / of_a_walk, 1, _MOST_WALKS))
     found = referee(np.stack([program.frame(("", float(walks))).picture for _ in range(_REFEREE_PICTURES)]), truth)
     return (
-        f"The mean of {_REFEREE_PICTURES * walks} of Mitsuba's walks a pixel is an rms of {found.rms:.3e} from texvol's "
-        f"oracle, where its own noise makes {found.expected:.3e}; the mean over all pixels is {found.deviations:.1f} "
-        f"standard errors off in the worst channel: they {'agree' if found.agrees else '**disagree**'}."
+        f"The mean of {_REFEREE_PICTURES * walks} of Mitsuba's walks a pixel is an rms of {found.rms:.4f} from the "
+        f"oracle, where its own noise makes {found.expected:.4f} ({found.excess:+.1f} standard errors); the mean over "
+        f"all pixels is {found.offset:.1f} standard errors off in the worst channel: they "
+        f"{'agree' if found.agrees else '**disagree**'}."
     )
 
 
