@@ -29,6 +29,7 @@ from texvol.report.vtk_mappers import MOST_DIFFERENT, in_right_handed_order, rig
 
 ENVIRONMENT = Path(__file__).resolve().parents[1] / ".venv-others"
 _CHECK_RATE = 2.0
+_DRAWN = 1e-6  # what a picture has at most where nothing has been drawn into it
 _START_SECONDS = 120.0  # the first frame may compile
 _LLVM = ("libLLVM.so.19.1", "libLLVM-19.so", "libLLVM-16.so.1")  # Mitsuba's compiler fails by older ones
 
@@ -141,7 +142,7 @@ class Beside(Walker):
         soft = replace(soft_scene(self._scene), classification="post")
         ours = self._renderer.render(soft, SIZE, sampling_rate=_CHECK_RATE)
         picture = self.asked("check", self._other.families[0], self._other.check_rate).picture
-        if not picture.any():
+        if not np.abs(picture).max() > _DRAWN:
             raise OtherError(f"draws nothing of this view ({self._scene.completed(SIZE).camera.projection} camera)")
         found = rms(picture, ours)
         if not found <= MOST_DIFFERENT:

@@ -49,7 +49,7 @@ def draw_chart(scenes: Mapping[str, Sequence[Curve]], target: Path) -> None:
         _draw_panel(panel, name, curves)
     for panel in panels.flat[len(scenes) :]:
         panel.set_axis_off()
-    _legend(figure, scenes)
+    _legend(figure, columns=2 * columns)
     figure.savefig(target, facecolor="white")
     plt.close(figure)
     Image.open(target).convert("P", palette=Image.Palette.ADAPTIVE, colors=64).save(target, optimize=True)
@@ -71,11 +71,13 @@ def _draw_panel(panel: Any, name: str, curves: Sequence[Curve]) -> None:
     panel.grid(which="major", color="#cccccc", linewidth=0.7)
 
 
-def _legend(figure: Any, scenes: Mapping[str, Sequence[Curve]]) -> None:
+def _legend(figure: Any, columns: int) -> None:
     handles: dict[str, Any] = {}
     for panel in figure.axes:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
     order = [name for name in STYLES if name in handles] + [name for name in handles if name not in STYLES]
-    figure.legend([handles[name] for name in order], order, loc="upper center", ncols=4, fontsize=9, frameon=False)
-    figure.tight_layout(rect=(0, 0, 1, 1 - 0.55 / figure.get_figheight()))
+    figure.legend(
+        [handles[name] for name in order], order, loc="upper center", ncols=columns, fontsize=9, frameon=False
+    )
+    figure.tight_layout(rect=(0, 0, 1, 1 - 0.22 * -(-len(order) // columns) / figure.get_figheight()))

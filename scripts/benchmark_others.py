@@ -12,14 +12,14 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from benchmark_beside import OTHERS, Beside
 from benchmark_chart import Curve, draw_chart
 from benchmark_competitors import WANTED, Competitor, Marcher, Texvol, Trial, Vtk
-from benchmark_errors import best, final_times, say, timed_anew
+from benchmark_errors import best, final_times, say
 from benchmark_scenes import FILES, Truths, built_in, real
 from benchmark_timing import Run, milliseconds
 from numpy.typing import NDArray
@@ -31,16 +31,16 @@ REPOSITORY = Path(__file__).resolve().parents[1]
 PAGE = REPOSITORY / "texvol" / "docs" / "benchmarks.md"
 CHART = REPOSITORY / "texvol" / "docs" / "pictures" / "time-against-error.png"
 BEGIN, END = "<!-- measured: others -->", "<!-- end of measured -->"
-_SWEEP_SECONDS, _QUICK_SWEEP_SECONDS = 30.0, 10.0  # of each kind of settings of each program, in each scene
+_SWEEP_SECONDS, _QUICK_SWEEP_SECONDS = 30.0, 10.0
 _MOST_TIMED = 6  # settings of a program that are timed again
-_OF_INTEREST = (WANTED[-1] / 4, 6e-2)  # errors that the chart shows
+_OF_INTEREST = (WANTED[-1] / 4, 1e-1)  # errors that the chart shows
 _REFEREE, _REFEREE_PICTURES, _MOST_WALKS = "Mitsuba 3", 16, 64
 _CHANCE = 3.9  # standard errors
 
 
 def others(run: Run) -> None:
     """Print the section; with `--page`, put it into the page and draw the chart."""
-    lines, curves = [explanation()], {}
+    lines, curves = [explanation(run)], {}
     print(f"\n## Beside more programs\n\n{lines[0]}\n", flush=True)
     truths = Truths(run.folder)
     for name, scene in scenes(run):
@@ -56,15 +56,22 @@ def others(run: Run) -> None:
             draw_chart(curves, CHART)
 
 
-def explanation() -> str:
-    """Return how figures are to be read, and what else the machine did."""
-    busy = os.getloadavg()[0]
+def explanation(run: Run) -> str:
+    """Return how figures are to be read, how they were taken, and what else the machine did."""
+    busy, limit = os.getloadavg()[0], sweep_seconds(run)
     return (
         "In each cell: milliseconds of a warm frame, drawn and read back; after the stroke those of the processor, all "
         "threads together; in brackets the setting, a distance of samples in smallest spacings unless it has a word. "
+        f"*Not in time* is what {limit:g} seconds of each kind of settings did not reach, *not reached* what finer "
+        f"ones do not improve; medians of {run.rounds} turn{'s' * (run.rounds > 1)}. "
         f"{os.cpu_count()} cores, on which {max(busy - 1, 0):.0f} other processes ran when it began: "
         + ("wall time is too long by those, processor time hardly." if busy > 3 else "they were quiet.")
     )
+
+
+def sweep_seconds(run: Run) -> float:
+    """Return the seconds that each kind of settings of each program has in each scene."""
+    return _QUICK_SWEEP_SECONDS if run.quick else _SWEEP_SECONDS
 
 
 def scenes(run: Run) -> Iterator[tuple[str, Scene]]:
@@ -88,7 +95,7 @@ class Measured:
 
 def measured_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth: NDArray[np.float64]) -> Measured:
     """Let all programs draw a scene."""
-    limit = _QUICK_SWEEP_SECONDS if run.quick else _SWEEP_SECONDS
+    limit = sweep_seconds(run)
     with contextlib.ExitStack() as closing:
         competitors: list[Competitor] = [Texvol(renderer, scene, truth, limit), Marcher(scene, truth, limit)]
         competitors += [Vtk(renderer, scene, mapper, truth, 2 * limit) for mapper in vtk_mappers.MAPPERS]
@@ -154,8 +161,9 @@ def both_times(trial: Trial) -> str:
 
 def curve(competitor: Competitor, times: dict[Trial, tuple[float, float]]) -> Curve:
     """Return a program's curve: errors and processor seconds of what was timed again."""
-    timed = front(timed_anew(trial, times[trial]) for trial in choice(competitor.trials) if trial in times)
-    return Curve(competitor.name, [each.rms for each in timed], [each.processor_seconds for each in timed])
+    chosen = [trial for trial in choice(competitor.trials) if trial in times]
+    timed = front(replace(trial, seconds=times[trial][1]) for trial in chosen)
+    return Curve(competitor.name, [each.rms for each in timed], [each.seconds for each in timed])
 
 
 @dataclass(frozen=True)
