@@ -21,6 +21,7 @@ ROUNDS, QUICK_ROUNDS = 5, 3
 # Section, and the module and function that print it: what a section needs is imported when it is asked for.
 SECTIONS = {
     "errors": "benchmark_errors",
+    "others": "benchmark_others",
     "samples": "benchmark_samples",
     "empty": "benchmark_skipping",
     "opaque": "benchmark_skipping",
@@ -71,8 +72,9 @@ def main() -> None:
         "--scenes",
         default="",
         metavar="PART,…",
-        help="of `errors`, only scenes, of `methods`, only methods with this in the name",
+        help="of `errors` and `others`, only scenes, of `methods`, only methods with this in the name",
     )
+    parser.add_argument("--page", action="store_true", help="put what `others` measures into the documentation")
     arguments = parser.parse_args()
     rounds = arguments.rounds or (QUICK_ROUNDS if arguments.quick else ROUNDS)
     scenes = tuple(filter(None, arguments.scenes.split(",")))
@@ -80,7 +82,7 @@ def main() -> None:
     print(machine())
     with tempfile.TemporaryDirectory(prefix="texvol-benchmark-") as folder:
         for name in arguments.only:
-            section(name)(Run(arguments.data, arguments.quick, rounds, Path(folder), scenes))
+            section(name)(Run(arguments.data, arguments.quick, rounds, Path(folder), scenes, arguments.page))
     busy = os.getloadavg()[2]
     minutes = (time.perf_counter() - start) / 60
     print(f"\n{minutes:.0f} minutes; {busy:.1f} processes running, on average over the last 15.")

@@ -78,7 +78,9 @@ def test_the_winner_is_the_fastest_that_is_within_the_error() -> None:
     # The second look may turn the order round; what was far slower gets none.
     assert benchmark_errors.finalists(trials, 1e-2) == trials[1:2]
     near = [trial(2, 5e-3), trial(2.2, 4e-3)]
-    assert benchmark_errors.best(near, 1e-2, {near[0]: 2.5, near[1]: 2.1}) == replace(near[1], seconds=2.1)
+    assert benchmark_errors.best(near, 1e-2, {near[0]: (2.5, 5.0), near[1]: (2.1, 4.0)}) == replace(
+        near[1], seconds=2.1, processor_seconds=4.0
+    )
     assert benchmark_errors.best(near, 1e-2, {}) is None
 
 

@@ -6,6 +6,7 @@ is interpolated.
 
 from __future__ import annotations
 
+import math
 import statistics
 import time
 from collections.abc import Iterable, Iterator, Sequence
@@ -15,7 +16,6 @@ from typing import Any, Protocol
 
 import numpy as np
 from benchmark_scenes import SIZE, rms
-from benchmark_timing import seconds_of
 from numpy.typing import NDArray
 from plain_marcher import PlainMarcher
 
@@ -24,13 +24,15 @@ from texvol.report import vtk_mappers
 from texvol.report.convergence import Limits
 from texvol.report.convergence import Truths as BothTruths
 
+Seconds = tuple[float, float]  # wall, processor
 WANTED = (1e-2, 3e-3, 1e-3)
 # Light that ends unseen behind this transmittance adds to the error, at most as much: it is a share of what is wanted.
 TERMINATION_FRACTION = 1 / 4
-_RATES = tuple(2.0**power for power in range(-5, 6))  # samples per smallest spacing
+RATES = tuple(2.0**power for power in range(-5, 6))  # samples per smallest spacing
 _VTK_RATES = tuple(2.0 ** (power / 2) for power in range(-8, 7))  # distances of 16 voxels to an eighth
 _CLASSIFICATIONS = ("post", "extinction", "slab", "integrated")
 NEARLY_AS_FAST = 1.3  # times differ by as much from turn to turn
+_SLOW = 2.0  # seconds of a frame beside which what the first of its kind prepares is nothing
 _FLOOR = 0.9  # an error that a finer setting leaves above this share of itself has stopped falling
 _FALLS_FROM = 5e-2  # errors above say little about the next
 
@@ -43,11 +45,22 @@ class Trial:
     words: str
     seconds: float
     rms: float
+    processor_seconds: float = math.nan
+
+
+@dataclass(frozen=True)
+class Frame:
+    """One frame: seconds until it is drawn and read back, those of all threads together, and the picture."""
+
+    seconds: float
+    processor_seconds: float
+    picture: NDArray[np.float32]
 
 
 class Competitor(Protocol):
     """Somebody who draws the scene."""
 
+    name: str
     trials: list[Trial]
     out_of_time: bool  # not everything was tried
     problem: str  # why nothing could be
@@ -55,14 +68,16 @@ class Competitor(Protocol):
     def search(self) -> None:
         """Try settings until each error that is wanted is reached, or there is no hope."""
 
-    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
-        """Seconds of a warm frame of each, timed anew."""
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, Seconds]:
+        """Seconds of a warm frame of each, wall and processor, timed anew."""
 
 
 @dataclass
-class _Walker:
-    """One who is asked for one picture after the other in this process."""
+class Walker:
+    """One who is asked for one picture after the other."""
 
+    name = ""
+    rates = RATES  # of the settings of a family, from coarse to fine
     truth: NDArray[np.float64]
     time_limit: float
     trials: list[Trial] = field(default_factory=list)
@@ -77,8 +92,8 @@ class _Walker:
         """A setting and its name."""
         raise NotImplementedError
 
-    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
-        """Seconds of a frame and the picture, if there is one at once."""
+    def frame(self, setting: Any) -> Frame:
+        """One frame."""
         raise NotImplementedError
 
     def search(self) -> None:
@@ -94,18 +109,20 @@ class _Walker:
                 else:
                     starts[family] = reached
 
-    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
-        """Two frames of each after one that isn't counted."""
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, Seconds]:
+        """Two frames of each after one that isn't counted; of slow ones one."""
         times = {}
         for trial in trials:
-            self.frame(trial.setting)
-            times[trial] = statistics.median(self.frame(trial.setting)[0] for _ in range(2))
+            slow = trial.seconds > _SLOW
+            if not slow:
+                self.frame(trial.setting)
+            times[trial] = median_seconds([self.frame(trial.setting) for _ in range(1 if slow else 2)])
         return times
 
     def _walk(self, family: str, start: int, wanted: float, deadline: float) -> int | None:
         """Try rates from the one of this number on; where to look for a smaller error, or None if there is no hope."""
         errors: list[float] = []
-        for number, rate in enumerate(_RATES[start:], start):
+        for number, rate in enumerate(self.rates[start:], start):
             trial = self._tried(family, rate, wanted)
             if trial.rms <= wanted:
                 if number:
@@ -127,16 +144,18 @@ class _Walker:
         known = next((trial for trial in self.trials if trial.setting == setting), None)
         if known is not None:
             return known
-        first, picture = self.frame(setting)
-        assert picture is not None
-        times = [self.frame(setting)[0] for _ in range(int(np.clip(0.5 / max(first, 1e-3), 1, 3)))]
-        trial = Trial(setting, words, statistics.median(times), rms(picture, self.truth))
+        first = self.frame(setting)
+        more = int(np.clip(0.5 / max(first.seconds, 1e-3), 1, 3))
+        seconds, of_processor = median_seconds([self.frame(setting) for _ in range(more)])
+        trial = Trial(setting, words, seconds, rms(first.picture, self.truth), of_processor)
         self.trials.append(trial)
         return trial
 
 
-class Texvol(_Walker):
+class Texvol(Walker):
     """Every classification at every rate."""
+
+    name = "texvol"
 
     def __init__(self, renderer: Renderer, scene: Scene, truth: NDArray[np.float64], time_limit: float) -> None:
         super().__init__(truth, time_limit)
@@ -150,16 +169,20 @@ class Texvol(_Walker):
         """Classification, rate and where rays end."""
         return (family, rate, TERMINATION_FRACTION * wanted), f"{family}, {1 / rate:.3g}"
 
-    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
-        """Draw and read back."""
+    def frame(self, setting: Any) -> Frame:
+        """Draw and read back; the processor's seconds are those of the whole call."""
         classification, rate, termination = setting
         scene = replace(self._scene, classification=classification)
+        start = time.process_time()
         picture = self._renderer.render(scene, SIZE, sampling_rate=rate, early_termination=termination)
-        return self._renderer.seconds["draw"] + self._renderer.seconds["read"], picture
+        of_processor = time.process_time() - start
+        return Frame(self._renderer.seconds["draw"] + self._renderer.seconds["read"], of_processor, picture)
 
 
-class Marcher(_Walker):
+class Marcher(Walker):
     """The plain marcher at every distance."""
+
+    name = "numba marcher"
 
     def __init__(self, scene: Scene, truth: NDArray[np.float64], time_limit: float) -> None:
         super().__init__(truth, time_limit)
@@ -174,11 +197,11 @@ class Marcher(_Walker):
         """Distance of samples and where rays end."""
         return (self._spacing / rate, TERMINATION_FRACTION * wanted), f"{1 / rate:.3g}"
 
-    def frame(self, setting: Any) -> tuple[float, NDArray[np.float32] | None]:
+    def frame(self, setting: Any) -> Frame:
         """March."""
-        pictures: list[NDArray[np.float32]] = []
-        seconds = seconds_of(lambda: pictures.append(self._marcher.draw(*setting)))
-        return seconds, pictures[0]
+        start, processor_start = time.perf_counter(), time.process_time()
+        picture = self._marcher.draw(*setting)
+        return Frame(time.perf_counter() - start, time.process_time() - processor_start, picture)
 
 
 @dataclass
@@ -194,6 +217,11 @@ class Vtk:
     out_of_time: bool = False
     problem: str = ""
 
+    @property
+    def name(self) -> str:
+        """The mapper's."""
+        return self.mapper
+
     def search(self) -> None:
         """Every distance, until the smallest error is reached or errors have stopped falling."""
         limits = Limits(setting_seconds=self.time_limit / 4, sweep_seconds=self.time_limit, least_frames=2)
@@ -207,11 +235,11 @@ class Vtk:
                     return
         self.out_of_time = len(self.trials) < len(_VTK_RATES)
 
-    def again(self, trials: Sequence[Trial]) -> dict[Trial, float]:
+    def again(self, trials: Sequence[Trial]) -> dict[Trial, Seconds]:
         """Three frames of each after one that isn't counted."""
         limits = Limits(sweep_seconds=10 * self.time_limit, least_frames=3, most_frames=3)
         rates = sorted(trial.setting for trial in trials)
-        timed = {trial.setting: trial.seconds for trial in self._frames(rates, limits)}
+        timed = {trial.setting: (trial.seconds, trial.processor_seconds) for trial in self._frames(rates, limits)}
         return {trial: timed[trial.setting] for trial in trials if trial.setting in timed}
 
     def _frames(self, rates: Sequence[float], limits: Limits) -> Iterator[Trial]:
@@ -222,9 +250,16 @@ class Vtk:
             ):
                 if picture is not None and measured.seconds:
                     rate = measured.setting.sampling_rate
-                    yield Trial(rate, f"{self.mapper}, {1 / rate:.3g}", measured.seconds, rms(picture, self.truth))
+                    words, of_processor = f"{self.mapper}, {1 / rate:.3g}", measured.processor_seconds or math.nan
+                    yield Trial(rate, words, measured.seconds, rms(picture, self.truth), of_processor)
         except vtk_mappers.VtkError as error:
             self.problem = str(error)  # what it measured before stays
+
+
+def median_seconds(frames: Sequence[Frame]) -> Seconds:
+    """Return the medians of the seconds of frames, wall and processor."""
+    walls, of_processor = zip(*((frame.seconds, frame.processor_seconds) for frame in frames), strict=True)
+    return statistics.median(walls), statistics.median(of_processor)
 
 
 def stopped_falling(errors: Sequence[float]) -> bool:

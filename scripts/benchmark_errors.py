@@ -8,11 +8,11 @@ from __future__ import annotations
 import statistics
 import sys
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from benchmark_competitors import NEARLY_AS_FAST, WANTED, Competitor, Marcher, Texvol, Trial, Vtk
+from benchmark_competitors import NEARLY_AS_FAST, WANTED, Competitor, Marcher, Seconds, Texvol, Trial, Vtk
 from benchmark_scenes import FILES, Truths, built_in, real
 from benchmark_timing import Run, columns, heading, milliseconds, row
 from numpy.typing import NDArray
@@ -33,25 +33,41 @@ def finalists(trials: Iterable[Trial], wanted: float) -> list[Trial]:
     return [trial for trial in within[:_FINALISTS] if trial.seconds <= NEARLY_AS_FAST * within[0].seconds]
 
 
-def final_times(competitors: Sequence[Competitor], rounds: int) -> dict[Trial, float]:
-    """Median seconds of every finalist, the competitors taking turns."""
-    times: dict[Trial, list[float]] = {}
-    chosen = [
-        list(dict.fromkeys(trial for wanted in WANTED for trial in finalists(each.trials, wanted)))
-        for each in competitors
-    ]
+def all_finalists(trials: Sequence[Trial]) -> list[Trial]:
+    """The finalists for each error that is wanted, each once."""
+    return list(dict.fromkeys(trial for wanted in WANTED for trial in finalists(trials, wanted)))
+
+
+def final_times(
+    competitors: Sequence[Competitor],
+    rounds: int,
+    choice: Callable[[Sequence[Trial]], list[Trial]] = all_finalists,
+) -> dict[Trial, Seconds]:
+    """Median seconds, wall and processor, of every trial that is chosen, the competitors taking turns."""
+    times: dict[Trial, list[Seconds]] = {}
+    chosen = [choice(each.trials) for each in competitors]
     for _ in range(rounds):
         for competitor, trials in zip(competitors, chosen, strict=True):
             if trials:
                 for trial, seconds in competitor.again(trials).items():
                     times.setdefault(trial, []).append(seconds)
-    return {trial: statistics.median(each) for trial, each in times.items()}
+    return {trial: _median(each) for trial, each in times.items()}
 
 
-def best(trials: Iterable[Trial], wanted: float, times: dict[Trial, float]) -> Trial | None:
+def best(trials: Iterable[Trial], wanted: float, times: dict[Trial, Seconds]) -> Trial | None:
     """The finalist that was fastest in the end, with its final seconds."""
-    timed = [replace(trial, seconds=times[trial]) for trial in finalists(trials, wanted) if trial in times]
+    timed = [timed_anew(trial, times[trial]) for trial in finalists(trials, wanted) if trial in times]
     return min(timed, key=lambda trial: trial.seconds, default=None)
+
+
+def timed_anew(trial: Trial, seconds: Seconds) -> Trial:
+    """Return the trial with other seconds, wall and processor."""
+    return replace(trial, seconds=seconds[0], processor_seconds=seconds[1])
+
+
+def _median(found: Sequence[Seconds]) -> Seconds:
+    walls, of_processor = zip(*found, strict=True)
+    return statistics.median(walls), statistics.median(of_processor)
 
 
 def compare_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth: NDArray[np.float64]) -> None:
@@ -63,7 +79,7 @@ def compare_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth: 
     for competitor in competitors:
         start = time.perf_counter()
         competitor.search()
-        _say(name, competitor, time.perf_counter() - start)
+        say(name, competitor, time.perf_counter() - start)
     times = final_times(competitors, run.rounds)
     for wanted in WANTED:
         winner = best(ours.trials, wanted, times)
@@ -127,6 +143,7 @@ def errors(run: Run) -> None:
             compare_scene(run, renderer, name, scene, truths.of(scene))
 
 
-def _say(name: str, competitor: Competitor, seconds: float) -> None:
+def say(name: str, competitor: Competitor, seconds: float) -> None:
+    """Tell on stderr what was tried."""
     tried = ", ".join(f"{each.words}: {milliseconds(each.seconds)} ms {each.rms:.1e}" for each in competitor.trials)
-    print(f"{name}: {type(competitor).__name__}, {seconds:.0f} s; {tried}", file=sys.stderr, flush=True)
+    print(f"{name}: {competitor.name}, {seconds:.0f} s; {tried or competitor.problem}", file=sys.stderr, flush=True)

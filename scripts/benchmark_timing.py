@@ -37,7 +37,8 @@ class Run:
     quick: bool
     rounds: int  # turns that everything gets
     folder: Path  # for files that are wanted for the run only
-    scenes: tuple[str, ...] = ()  # parts of the names of those that `errors` is to measure; none: all
+    scenes: tuple[str, ...] = ()  # parts of the names of those that `errors` and `others` are to measure; none: all
+    page: bool = False  # put what `others` measures into the documentation
 
 
 def in_turns(actions: Mapping[Key, Callable[[], float]], rounds: int, *, warm_up: bool = True) -> dict[Key, float]:

@@ -2,7 +2,8 @@
 # Makes .venv with texvol in it, and sees to it that OpenGL answers. Does nothing, quickly, where that is done.
 # Usage: sh scripts/setup.sh [EXTRA [BESIDE]]     EXTRA: as in pyproject.toml
 # BESIDE: osmesa is wanted beside EGL; or paraview, which scripts/benchmark_paraview.py is measured beside; or
-# side-by-side, the programs of scripts/compare_first_pictures.py, in an environment of their own
+# side-by-side, the programs of scripts/compare_first_pictures.py, in an environment of their own; or others, those of
+# scripts/benchmark_beside.py, likewise
 set -eu
 extra=${1:-}
 wanted_too=${2:-}
@@ -193,4 +194,20 @@ if [ "$wanted_too" = side-by-side ] && ! compares; then
     say "installing PyVista, VTK and F3D into .venv-side"
     "$python" -m venv .venv-side && "$beside_python" -m pip install --quiet --disable-pip-version-check \
         'pyvista>=0.49,<1' 'f3d>=4,<5' && compares || fail "PyVista and F3D could not be installed (see above)"
+fi
+
+# 8. vispy (with PyOpenGL, for volumes), PyVista, yt, Mitsuba 3 and pynari in .venv-others; Mitsuba compiles by LLVM 16 or later, of the system.
+
+others_python=.venv-others/bin/python
+draws() { "$others_python" -c 'import mitsuba, OpenGL, pynari, pyvista, vispy, yt' 2>/dev/null; }
+has_llvm() { [ -n "$(find /usr/lib -name 'libLLVM.so.19*' -o -name 'libLLVM-16*')" ]; }
+if [ "$wanted_too" = others ]; then
+    if ! draws; then
+        say "installing vispy, PyVista, yt, Mitsuba and pynari into .venv-others"
+        "$python" -m venv .venv-others && "$others_python" -m pip install --quiet --disable-pip-version-check \
+            'vispy>=0.17,<1' 'PyOpenGL>=3.1.7,<4' 'pyvista>=0.49,<1' 'yt>=4.4,<5' 'mitsuba>=3.9,<4' 'pynari>=1.2.6,<2' &&
+            draws || fail "the other programs could not be installed (see above)"
+    fi
+    [ "$manager" != apt-get ] || has_llvm ||
+        install_packages libllvm19 || install_packages libllvm16 || say "no LLVM 16 or later here; Mitsuba is left out"
 fi

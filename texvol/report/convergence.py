@@ -89,6 +89,7 @@ class Measurement:
     slabs: int | None = None
     frames: int = 0  # number of warm frames
     seconds: float | None = None  # of a warm frame: draw and read back
+    processor_seconds: float | None = None  # the same of all threads together; VTK's only
     bake_seconds: float | None = None
     upload_seconds: float | None = None
     discretisation: Difference | None = None

@@ -82,7 +82,11 @@ def sweep(
             picture = over_background(np.load(answer["picture"]), scene.background)
             os.unlink(answer["picture"])
             measurement = replace(
-                measurement, target_format="rgba8", frames=answer["frames"], seconds=answer["seconds"]
+                measurement,
+                target_format="rgba8",
+                frames=answer["frames"],
+                seconds=answer["seconds"],
+                processor_seconds=answer["processor_seconds"],
             )
             yield with_errors(measurement, picture, truths), picture
 
@@ -123,8 +127,20 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
     volume, unit = scene.volume, scene.volume.smallest_spacing
     assert scene.transfer_function is not None and soft.transfer_function is not None
     _check_drawable(scene, scene.transfer_function)
-    camera = scene.completed(size).camera
-    axes, corner = _right_handed(volume)
+    return {
+        "mapper": mapper,
+        "rates": rates,
+        **view_in_grid(scene, size),
+        "points": _vtk_points(scene.transfer_function, volume, unit),
+        "check": {"rate": _CHECK_RATE, "points": _vtk_points(soft.transfer_function, volume, unit)},
+        "limits": asdict(replace(limits, sweep_seconds=float("inf"))),  # the end of the sweep kills the process
+    }
+
+
+def view_in_grid(scene: Scene, size: Size) -> dict[str, Any]:
+    """Return size, spacing and camera in the frame of `right_handed` axes, smallest spacing 1, corner 0; JSON-able."""
+    volume, unit, camera = scene.volume, scene.volume.smallest_spacing, scene.completed(size).camera
+    axes, corner = right_handed(volume)
 
     def seen(point: Any) -> list[float]:
         return (axes.T @ (np.asarray(point) - corner) / unit).tolist()
@@ -132,9 +148,7 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
     depths = camera.in_eye_space(volume.corners_from_centre, volume.centre)[:, 2] / unit
     far = max(float(depths.max()) * 1.01, 1e-3)
     return {
-        "mapper": mapper,
         "size": list(size),
-        "rates": rates,
         "spacing": (volume.spacing / unit).tolist(),
         "camera": {
             "projection": camera.projection,
@@ -145,13 +159,10 @@ def _request(scene: Scene, soft: Scene, size: Size, mapper: str, rates: list[flo
             "height": camera.height / unit,
             "range": [max(float(depths.min()) * 0.99, 1e-4 * far), far],
         },
-        "points": _vtk_points(scene.transfer_function, volume, unit),
-        "check": {"rate": _CHECK_RATE, "points": _vtk_points(soft.transfer_function, volume, unit)},
-        "limits": asdict(replace(limits, sweep_seconds=float("inf"))),  # the end of the sweep kills the process
     }
 
 
-def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the grid's axes, with the x axis reversed if they are left-handed, and the box's corner in world units."""
     axes = volume.direction.copy()
     corner = volume.box_corner.copy()
@@ -159,6 +170,11 @@ def _right_handed(volume: Volume) -> tuple[NDArray[np.float64], NDArray[np.float
         corner += volume.box_edges[:, 0]
         axes[:, 0] *= -1
     return axes, corner
+
+
+def in_right_handed_order(volume: Volume, values: NDArray) -> NDArray:
+    """Return a volume's values with the x axis reversed where `right_handed` reverses it."""
+    return values[..., ::-1] if np.linalg.det(volume.direction) < 0 else values
 
 
 def _middle(volume: Volume) -> float:
@@ -188,9 +204,7 @@ def _save(folder: Path, scene: Scene, request: dict[str, Any]) -> None:
     values = volume.values
     if values.dtype.name not in _SAME_TYPES:
         values = (values - np.float64(_middle(volume))).astype(np.float32)
-    if np.linalg.det(volume.direction) < 0:
-        values = values[..., ::-1]
-    np.save(folder / "values.npy", values)
+    np.save(folder / "values.npy", in_right_handed_order(volume, values))
     (folder / "request.json").write_text(json.dumps(request))
 
 

@@ -130,6 +130,17 @@ def _image(values: NDArray, spacing: list[float], *, as_cells: bool) -> Any:
     return image
 
 
+def timed(scene: Scene, sample_distance: float, frames: int) -> tuple[NDArray[np.float32], float, float]:
+    """Return the picture, and the medians of the seconds of so many frames, wall and processor."""
+    times, processor_times = [], []
+    for _ in range(frames):
+        start, processor_start = time.perf_counter(), time.process_time()
+        picture = scene.draw(sample_distance)
+        times.append(time.perf_counter() - start)
+        processor_times.append(time.process_time() - processor_start)
+    return picture, statistics.median(times), statistics.median(processor_times)
+
+
 def answer(**metadata: Any) -> None:
     """Print one line for the other process."""
     print(json.dumps(metadata), flush=True)
@@ -156,13 +167,12 @@ def main(folder: Path) -> None:
             answer(what="picture", rate=rate, skipped=reason)
             continue
         scene.draw(1 / rate)
-        times = []
-        for _ in range(limits.frames(predicted)):
-            start = time.perf_counter()
-            picture = scene.draw(1 / rate)
-            times.append(time.perf_counter() - start)
-        predicted, path = statistics.median(times), save(f"rate-{rate:g}", picture)
-        answer(what="picture", rate=rate, seconds=predicted, frames=len(times), picture=path)
+        frames = limits.frames(predicted)
+        picture, predicted, of_processor = timed(scene, 1 / rate, frames)
+        path = save(f"rate-{rate:g}", picture)
+        answer(
+            what="picture", rate=rate, seconds=predicted, processor_seconds=of_processor, frames=frames, picture=path
+        )
 
 
 if __name__ == "__main__":
