@@ -1,4 +1,4 @@
-"""Formats of brain images: Analyze, AFNI, MGH, MINC 1 and 2, GIPL; where samples lie is compared with their libraries."""
+"""Formats of brain images, Analyze, AFNI, MGH, MINC 1 and 2, GIPL: where samples lie is compared with libraries."""
 
 from __future__ import annotations
 

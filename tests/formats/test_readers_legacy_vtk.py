@@ -17,7 +17,9 @@ from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from texvol import load, load_tetrahedra
 
 AXES = ([0.0, 1.0, 2.5, 3.0, 5.0], [0.0, 2.0, 3.0, 4.0], [1.0, 2.0, 5.0])
-HEAD = "# vtk DataFile Version 3.0\nv\n\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 1\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+HEAD = (
+    "# vtk DataFile Version 3.0\nv\n\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 2 2 1\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+)
 
 
 def image(dtype: str, *, cells: bool = False) -> vtkImageData:

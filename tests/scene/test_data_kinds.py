@@ -9,6 +9,7 @@ import pytest
 
 from texvol import Volume
 from texvol.scene.kinds import as_labels, kind_of
+from texvol.scene.transfer.units import typical_samples
 
 SIDE = 32
 RANDOM = np.random.default_rng(7)
@@ -107,3 +108,11 @@ def test_a_volume_as_labels_is_one_object_in_the_same_place() -> None:
         labels.corners_from_centre + labels.centre, volume.corners_from_centre + volume.centre
     )
     assert np.shares_memory(labels.values, volume.values)
+
+
+def test_what_is_in_the_middle_of_powers_of_two_is_seen() -> None:
+    """A stride would stay on a plane of it, x + z = y, and find zeros only."""
+    values = np.zeros((256, 256, 256), np.uint8)
+    values[96:160, 96:160, 96:160] = 200
+    fraction = float((typical_samples(Volume(values)) > 0).mean())
+    assert abs(fraction - 1 / 64) < 4 * np.sqrt(1 / 64 / 65536)

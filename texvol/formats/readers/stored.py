@@ -39,8 +39,9 @@ class Stored(NamedTuple):
     """Samples stored in a file: a real type of at most 64 bits in the file's byte order, and their shape.
 
     They begin after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest; skip -1 means
-    that they are at the end, and for text it is ignored. More may follow unless they are last. The encoding is "raw", "deflate" (zlib or gzip), "bzip2",
-    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages.
+    that they are at the end, and for text it is ignored. The encoding is "raw", "deflate" (zlib or gzip), "bzip2",
+    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages. Unless
+    `is_last` more may follow samples that are bytes.
     """
 
     path: str

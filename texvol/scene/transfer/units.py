@@ -91,7 +91,8 @@ def typical_samples(volume: Volume) -> NDArray[np.float64]:
     """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite.
 
     One of each run of samples in memory is taken, at a fraction {k²φ} of the k-th run: a stride alone may visit a plane
-    of the volume that misses what is in its middle, such as x + z = y of 256³ samples. Of a volume in a store they are those of a coarse level: all of its samples need not fit in memory.
+    of the volume that misses what is in its middle, such as x + z = y of 256³ samples. Of a volume in a store they are
+    those of a coarse level: all of its samples need not fit in memory.
     """
     volume = volume.overview
     flat = volume.values.reshape(-1)
