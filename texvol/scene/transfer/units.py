@@ -19,6 +19,8 @@ CHOICES = {
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
 _GOLDEN = (5**0.5 - 1) / 2  # φ, whose multiples by squares have no period
+_LOST = 8  # bins of 64
+_RISES, _SURE = 1.3, 4.0  # of the valley before it, and standard deviations: a peak
 _FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
 _LEAST_OBJECT = 27  # samples of it
 _COHERENT = 0.5  # least fraction of them beside another one: noise and hot pixels are alone
@@ -147,7 +149,21 @@ def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
     mode = int(counts[:24].argmax())
     if counts[mode] < samples.size / 20:
         return float(percentile_of_sorted(samples, 5)), float(high)
-    # The background ends where its peak has fallen to a twentieth of its height.
+    return float(edges[_end_of_background(counts, mode)]), float(high)
+
+
+def _end_of_background(counts: NDArray[np.intp], mode: int) -> int:
+    """Return the bin in which the peak of the background has fallen to a twentieth, or before another one to a third.
+
+    A broad background has not fallen as far where the medium's own peak begins: then it ends in the valley between,
+    if a large part of the medium would be lost otherwise.
+    """
     beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
     end = mode + int(beyond[0]) if beyond.size else mode + 1
-    return float(edges[end]), float(high)
+    for valley in range(mode + 1, end - _LOST + 1):
+        low = float(counts[valley])
+        if low < counts[mode] / 3 and low <= counts[mode : valley + 1].min():
+            peak = float(counts[valley + 1 :].max(initial=0))
+            if peak > _RISES * low + _SURE * np.sqrt(peak):
+                return valley
+    return end
