@@ -19,7 +19,7 @@ CHOICES = {
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
 _GOLDEN = (5**0.5 - 1) / 2  # φ, whose multiples by squares have no period
-_LOST = 8  # bins of 64
+_LOST, _HIGHEST_END = 8, 40  # bins of 64
 _RISES, _SURE = 1.3, 4.0  # of the valley before it, and standard deviations: a peak
 _FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
 _LEAST_OBJECT = 27  # samples of it
@@ -158,9 +158,9 @@ def _end_of_background(counts: NDArray[np.intp], mode: int) -> int:
     A broad background has not fallen as far where the medium's own peak begins: then it ends in the valley between,
     if a large part of the medium would be lost otherwise.
     """
-    beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
+    beyond = np.flatnonzero(counts[mode:_HIGHEST_END] < counts[mode] / 20)
     end = mode + int(beyond[0]) if beyond.size else mode + 1
-    for valley in range(mode + 1, end - _LOST + 1):
+    for valley in range(mode + 1, end - _LOST + 1 if beyond.size else _HIGHEST_END):
         low = float(counts[valley])
         if low < counts[mode] / 3 and low <= counts[mode : valley + 1].min():
             peak = float(counts[valley + 1 :].max(initial=0))
