@@ -1,4 +1,4 @@
-"""Formats of brain images: Analyze, AFNI, MINC 1 and 2, GIPL; where samples lie is compared with their libraries."""
+"""Formats of brain images, Analyze, AFNI, MGH, MINC 1 and 2, GIPL: where samples lie is compared with libraries."""
 
 from __future__ import annotations
 
@@ -116,6 +116,45 @@ def test_an_analyze_header_that_makes_no_sense(tmp_path: Path, at: int, data: by
     (tmp_path / "v.hdr").write_bytes(block)
     with pytest.raises(InputError, match=rf"v\.img: .*{reason}"):
         load(path)
+
+
+@pytest.mark.parametrize("name", ["v.mgh", "v.mgz"])
+@pytest.mark.parametrize("dtype", ["u1", "i2", "i4", "f4"])
+def test_mgh(tmp_path: Path, name: str, dtype: str) -> None:
+    affine = np.eye(4)
+    affine[:3, :3], affine[:3, 3] = marked.DIRECTION * marked.SPACING, marked.ORIGIN
+    steps = np.stack([marked.marked(dtype).T, 2 * marked.marked(dtype).T], axis=3)
+    nibabel.save(nibabel.MGHImage(steps, affine), tmp_path / name)
+    # FreeSurfer writes more after the samples.
+    with (gzip.open if name == "v.mgz" else open)(tmp_path / name, "ab") as file:
+        file.write(b"tags")
+    for step in (0, 1):
+        volume = load(tmp_path / name, time=step)
+        np.testing.assert_array_equal(volume.values, (1 + step) * marked.marked(dtype))
+        check_against_nibabel(volume, tmp_path / name)
+
+
+def test_an_mgh_that_says_nothing_of_directions(tmp_path: Path) -> None:
+    nibabel.save(nibabel.MGHImage(marked.marked("u1").T, np.diag([-2.0, 3, 4, 1])), tmp_path / "v.mgh")
+    content = bytearray((tmp_path / "v.mgh").read_bytes())
+    struct.pack_into(">h", content, 28, 0)
+    (tmp_path / "v.mgh").write_bytes(content)
+    volume = load(tmp_path / "v.mgh")  # FreeSurfer's coronal slices: to the left, down, and to the front
+    np.testing.assert_array_equal(volume.direction, [[-1, 0, 0], [0, 0, 1], [0, -1, 0]])
+    np.testing.assert_array_equal(volume.origin, [2.5, -1.5, 2])
+
+
+@pytest.mark.parametrize(
+    ("at", "number", "reason"),
+    [(0, 2, "version must be 1"), (20, 7, "type of samples"), (4, 6, "holds"), (8, -1, "must be positive")],
+)
+def test_an_mgh_header_that_makes_no_sense(tmp_path: Path, at: int, number: int, reason: str) -> None:
+    nibabel.save(nibabel.MGHImage(marked.marked("u1").T, np.eye(4)), tmp_path / "v.mgh")
+    content = bytearray((tmp_path / "v.mgh").read_bytes()[:344])
+    struct.pack_into(">i", content, at, number)
+    (tmp_path / "v.mgh").write_bytes(content)
+    with pytest.raises(InputError, match=rf"v\.mgh: .*{reason}"):
+        load(tmp_path / "v.mgh")
 
 
 def afni(**more: str) -> str:

@@ -239,15 +239,6 @@ def test_unstructured_formats_are_refused_by_name(
     assert f"is {kind}, which texvol does not read; resample it onto a regular grid, in ParaView" in message
 
 
-def test_legacy_vtk_of_a_structured_kind_is_refused_with_a_hint(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    (tmp_path / "v.vtk").write_text("# vtk DataFile Version 3.0\nv\nASCII\nDATASET STRUCTURED_POINTS\n")
-    message = refused(tmp_path / "v.vtk", capfd)
-    assert "is legacy VTK of STRUCTURED_POINTS, of which texvol reads UNSTRUCTURED_GRID alone" in message
-    assert "save it as VTI, VTR or VTS, in ParaView" in message
-
-
 def test_a_header_that_wants_more_than_there_is(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     """A netCDF-4 file may state dimensions of which it holds no sample."""
     with netCDF4.Dataset(tmp_path / "v.nc", "w") as dataset:

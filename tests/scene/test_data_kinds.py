@@ -9,6 +9,7 @@ import pytest
 
 from texvol import Volume
 from texvol.scene.kinds import as_labels, kind_of
+from texvol.scene.transfer.units import typical_samples
 
 SIDE = 32
 RANDOM = np.random.default_rng(7)
@@ -49,8 +50,8 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "three tissues": (np.digitize(RADIUS, [0.3, 0.6, 0.9]).astype(np.uint8), {}, "labels"),
     "a mask of 255": (np.where(RADIUS < 0.5, 255, 0).astype(np.uint8), {}, "labels"),
     "a ramp of few numbers": (np.broadcast_to(np.arange(8)[:, None, None], (8, 9, 10)), {}, "measured"),
-    "noise in bytes": (np.clip(40 + 10 * NOISE, 0, 255).astype(np.uint8), {}, "measured"),
-    "few levels of a smooth field": ((20 * RADIUS).astype(np.uint8), {}, "measured"),
+    "noise in bytes": (np.clip(40 + 10 * NOISE, 0, 255).astype(np.uint8), {}, "field"),
+    "few levels of a smooth field": ((20 * RADIUS).astype(np.uint8), {}, "field"),
     "few counts of photons": (RANDOM.poisson(3, RADIUS.shape).astype(np.uint16), {}, "measured"),
     "few levels of a steep field": ((1000 * np.floor(6 * np.exp(-3 * RADIUS**2))).astype(np.uint16), {}, "measured"),
     "a signed distance": ((RADIUS - 0.5).astype(np.float32), {}, "distance"),
@@ -107,3 +108,11 @@ def test_a_volume_as_labels_is_one_object_in_the_same_place() -> None:
         labels.corners_from_centre + labels.centre, volume.corners_from_centre + volume.centre
     )
     assert np.shares_memory(labels.values, volume.values)
+
+
+def test_what_is_in_the_middle_of_powers_of_two_is_seen() -> None:
+    """A stride would stay on a plane of it, x + z = y, and find zeros only."""
+    values = np.zeros((256, 256, 256), np.uint8)
+    values[96:160, 96:160, 96:160] = 200
+    fraction = float((typical_samples(Volume(values)) > 0).mean())
+    assert abs(fraction - 1 / 64) < 4 * np.sqrt(1 / 64 / 65536)

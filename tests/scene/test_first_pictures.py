@@ -27,6 +27,14 @@ def test_a_small_object_far_above_all_else_is_the_medium() -> None:
     assert NOISE.max() * 0.99 <= low <= 20 and high == 3000
 
 
+def test_a_broad_background_does_not_take_the_medium_with_it() -> None:
+    """The background has not fallen to a twentieth of its height where the medium's own values begin."""
+    normal = np.random.default_rng(7).normal(size=RADIUS.shape)
+    values = np.where(RADIUS < 0.85, 180 + 50 * normal, 60 + 20 * normal)
+    low, _ = medium_range(Volume(values.clip(0)))
+    assert 85 < low < 140
+
+
 @pytest.mark.parametrize("kind", ["hot pixels", "a long tail"])
 def test_what_is_bright_without_being_an_object_is_none(kind: str) -> None:
     if kind == "hot pixels":
@@ -66,9 +74,9 @@ def test_haze_beside_a_stain_does_not_count_for_framing() -> None:
     assert framed(hazy).height == pytest.approx(framed(plain).height, rel=0.1)
 
 
-def plate(**told: str) -> Volume:
+def plate(thickness: float = 0.1, **told: str) -> Volume:
     """A round plate that is thin along z."""
-    return Volume(np.where((X**2 + Y**2 < 0.7) & (np.abs(Z) < 0.1), 100.0, 0.0), **told)
+    return Volume(np.where((X**2 + Y**2 < 0.7) & (np.abs(Z) < thickness), 100.0, 0.0), **told)
 
 
 def slant(scene: Scene, axis: int, **how: ViewChoice) -> float:
@@ -83,11 +91,23 @@ def test_what_is_flat_is_seen_from_its_broad_side() -> None:
     assert slant(turned, 0) == pytest.approx(35)
 
 
-def test_a_chosen_side_a_body_a_ball_and_a_rod_are_seen_from_the_front() -> None:
+def test_what_is_long_is_not_seen_along_its_length() -> None:
     front = framed(Scene(Volume(np.where(RADIUS < 0.7, 100.0, 0.0))).looked).forward
-    rod = Scene(Volume(np.where(X**2 + (2 * Z) ** 2 < 0.03, 100.0, 0.0))).looked
-    np.testing.assert_allclose(framed(rod).forward, front)
-    assert slant(Scene(plate(space="left-posterior-superior")).looked, 2) > 60
+    for across, axis in ((X**2 + Z**2, 1), (X**2 + Y**2, 2)):
+        for space in ("", "right-anterior-superior"):
+            rod = Scene(Volume(np.where(across < 0.03, 100.0, 0.0), space=space)).looked
+            if axis == 1:
+                assert slant(rod, axis) == pytest.approx(55)
+            elif not space:
+                np.testing.assert_allclose(framed(rod).forward, front)
+
+
+def test_a_few_thin_slices_of_a_body_are_seen_from_their_broad_side() -> None:
+    assert slant(Scene(plate(space="left-posterior-superior")).looked, 2) == pytest.approx(35)
+
+
+def test_a_chosen_side_and_a_body_are_seen_from_the_front() -> None:
+    assert slant(Scene(plate(0.3, space="left-posterior-superior")).looked, 2) > 60
     assert slant(Scene(plate()).looked, 2, choice=ViewChoice("front")) == pytest.approx(90)
 
 

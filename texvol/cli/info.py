@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from texvol.cli.common import add_spacing
+from texvol.options import first_choice
 from texvol.options import reading as reading_options
 from texvol.util.terminal import say
 
@@ -24,5 +25,5 @@ def run(arguments: argparse.Namespace) -> None:
     """Print the volume's metadata."""
     from texvol.cli import information
 
-    metadata = information.metadata(reading_options.load_volume(arguments, arguments.spacing))
+    metadata = information.metadata(first_choice.volume_of(arguments))
     say(json.dumps(metadata, indent=2, allow_nan=False) if arguments.json else information.text(metadata))

@@ -9,8 +9,8 @@ import numpy as np
 
 from texvol.cli.common import add_backend
 from texvol.formats.pictures import image
+from texvol.options import first_choice, texts
 from texvol.options import reading as reading_options
-from texvol.options import texts
 from texvol.util.errors import InputError
 from texvol.util.terminal import say, status_line
 
@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _volume(arguments: argparse.Namespace) -> Volume:
     """Return the volume of the command line, or the built-in one."""
     if arguments.volume is not None:
-        return reading_options.load_volume(arguments, arguments.spacing)
+        return first_choice.volume_of(arguments)
     from texvol.scene.demo import demo_volume
 
     return demo_volume()

@@ -19,9 +19,9 @@ from texvol.formats.films import containers as film_formats
 from texvol.formats.films import film
 from texvol.formats.pictures import depth as depth_picture
 from texvol.formats.pictures import image
+from texvol.options import first_choice, texts
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
-from texvol.options import texts
 from texvol.output import sequences
 from texvol.output.export import PictureExport, is_exact
 from texvol.scene.scene import Scene
@@ -154,11 +154,9 @@ def add_slicing(group: Any) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Draw the scene, write the picture or the frames, and what was asked for beside them."""
-    scene_options = options.SceneOptions(arguments)
-    _check(arguments, scene_options)
     start = time.perf_counter()
-    series = scene_options.series() if scene_options.all_times else None
-    volume = scene_options.load() if series is None else scene_options.placed(series[0])
+    _check(arguments, options.SceneOptions(arguments))
+    arguments, scene_options, volume, series = first_choice.opened_with(_opened, arguments, tells_step=True)
     load_seconds = time.perf_counter() - start
     export = PictureExport(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, export)
@@ -193,6 +191,17 @@ def run(arguments: argparse.Namespace) -> None:
     by_default = not any(vars(arguments)[each] for each in _ACCURACY[:3])
     last = summary(scene_options, scene, arguments.output, error, start, of=of, by_default=by_default)
     say("\n".join([*said, *reasons(scene_options, scene), last + page]))
+
+
+def _opened(
+    arguments: argparse.Namespace,
+) -> tuple[argparse.Namespace, options.SceneOptions, Volume, TimeSeries | None]:
+    """Return the arguments, their scene options, and the volume, of all time steps the first."""
+    scene_options = options.SceneOptions(arguments)
+    if not scene_options.all_times:
+        return arguments, scene_options, scene_options.load(), None
+    series = scene_options.series()
+    return arguments, scene_options, scene_options.placed(series[0]), series
 
 
 @contextmanager

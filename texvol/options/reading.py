@@ -60,7 +60,9 @@ READING = {option.name: option for option in _OPTIONS}
 
 def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool = False) -> None:
     """Add VOLUME and how it is read; with `in_scene_file`, VOLUME may be left out. --spacing is a scene option."""
-    formats = "NRRD, NIfTI, Analyze, AFNI, MINC, GIPL, MetaImage, DICOM folder or file, TIFF, CZI, ND2, LIF, MRC, VTI, "
+    formats = (
+        "NRRD, NIfTI, Analyze, AFNI, MINC, GIPL, MGH, MetaImage, DICOM folder or file, TIFF, CZI, ND2, LIF, MRC, VTI, "
+    )
     formats += "VTR, VTS, VTU, netCDF, Exodus, VTK, Gmsh, XDMF, MED, FITS, SEG-Y, OpenVDB, NPY, RAW; OME-Zarr or its "
     formats += "URL, Zarr, HDF5, Imaris; FILE::NAME is FILE with --variable NAME"
     shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats

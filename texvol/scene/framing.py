@@ -5,7 +5,8 @@ cent of its light on each side fills `FILL` of the picture, unless clearly visib
 would reach its border.
 
 Directions are those of the body where the volume's file names them. Otherwise the front is the side of lower y,
-the right side that of higher x, and up is z; and what is flat is seen from its broad side if no side is chosen.
+the right side that of higher x, and up is z. What is flat is seen from its broad side if no side is chosen; where the
+file names directions of the body, only a few thin slices of it. What is long is not seen along its length.
 """
 
 from __future__ import annotations
@@ -30,7 +31,8 @@ FILL = 0.9  # of the picture, what shows
 _BORDER = 0.98  # of the picture, all of what shows clearly
 _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle, on each side
 _BINS = 128  # of the coarse picture, along its longer side
-_FLAT, _ROD = 0.6, 0.5  # ratios of the extents of what is flat: least to middle, at most; middle to largest, at least
+_FLAT, _ROD = 0.6, 0.5  # ratios of extents: of what is flat, least to middle; of what is long, middle to largest
+_THIN = 0.25  # the former of a few slices of a body, whose front is an edge
 _SLANT = np.radians(35.0)  # between the view and the short axis of what is flat
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
 
@@ -125,25 +127,28 @@ def framed(
         return orbit.framing(part, projection, towards=towards, up=up, fov=fov, aspect=aspect, turn=turn)
     if not content:
         return camera if eye is None else _around(box, camera, aspect)
-    if eye is None and letters_of_space(box.space) is None:
-        camera = _towards_broad_side(camera, content, box)
+    if eye is None:
+        camera = _towards_side(camera, content, box, _FLAT if letters_of_space(box.space) is None else _THIN)
     return _filled(camera, content, aspect, box)
 
 
-def _towards_broad_side(camera: Camera, content: Content, box: Volume) -> Camera:
-    """Return the camera turned so that it looks at the broad side of what is flat, from a little beside it."""
+def _towards_side(camera: Camera, content: Content, box: Volume, flat: float) -> Camera:
+    """Return the camera turned to the broad side of what is flat, from a little beside it, or to a side of a rod."""
     edges = _box_of(content, box).box_edges
     extents = np.linalg.norm(edges, axis=0)
     least, middle, largest = np.argsort(extents)
-    if extents[least] > _FLAT * extents[middle] or extents[middle] < _ROD * extents[largest]:
+    is_rod = extents[middle] < _ROD * extents[largest]
+    if not is_rod and extents[least] > flat * extents[middle]:
         return camera
     to_eye = -np.asarray(camera.forward)
-    short = edges[:, least] / extents[least]
-    short = short if short @ to_eye >= 0 else -short
-    beside = to_eye - (to_eye @ short) * short
-    if short @ to_eye >= np.cos(_SLANT) or not np.linalg.norm(beside) > 0:
+    number, angle = (largest, np.pi / 2 - _SLANT) if is_rod else (least, _SLANT)
+    axis = edges[:, number] / extents[number]
+    axis = axis if axis @ to_eye >= 0 else -axis
+    beside = to_eye - (to_eye @ axis) * axis
+    is_seen = axis @ to_eye <= np.cos(angle) if is_rod else axis @ to_eye >= np.cos(angle)
+    if is_seen or not np.linalg.norm(beside) > 0:
         return camera
-    towards = np.cos(_SLANT) * short + np.sin(_SLANT) * beside / np.linalg.norm(beside)
+    towards = np.cos(angle) * axis + np.sin(angle) * beside / np.linalg.norm(beside)
     distance = float(np.linalg.norm(np.subtract(camera.eye, camera.target)))
     return replace(camera, eye=tuple(np.array(camera.target) + distance * towards))
 

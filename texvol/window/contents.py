@@ -19,6 +19,7 @@ from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.options import texts
 from texvol.options.files import MaskChoice
+from texvol.options.first_choice import made
 from texvol.options.scene_option import SceneOption
 from texvol.options.volumes import OF_ADDED, AddedChoice
 from texvol.scene.added_volume import AddedVolume
@@ -27,7 +28,6 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import foreign
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.window.first_choice import made
 
 KINDS = {".toml": "scene"} | dict.fromkeys((".json", *foreign.ENDINGS), "transfer function")
 KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".label"), "names of labels")

@@ -16,6 +16,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol.annotation import Annotation, check, with_room
+from texvol.options.first_choice import opened_with
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
@@ -25,7 +26,6 @@ from texvol.scene.scene import Scene
 from texvol.scene.tour import Tour
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.window.first_choice import opened_with
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, has_time, on_content

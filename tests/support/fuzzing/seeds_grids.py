@@ -1,4 +1,4 @@
-"""Sound grids for `fuzz.py`: VTK's XML formats in every coding, and netCDF in all of its formats."""
+"""Sound grids for `fuzz.py`: VTK's XML formats in every coding, its legacy format, and netCDF in all of its formats."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonCore import vtkPoints
 from vtkmodules.vtkCommonDataModel import vtkDataSet, vtkImageData, vtkRectilinearGrid, vtkStructuredGrid
+from vtkmodules.vtkIOLegacy import vtkDataSetWriter
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter, vtkXMLRectilinearGridWriter, vtkXMLStructuredGridWriter
 
 from support.fuzzing.seeds import STEPS, VALUES, Seed, of
@@ -26,6 +27,8 @@ def seeds() -> Iterator[Seed]:
             yield of(
                 ending[1:], f"v{ending}", lambda path, coding=coding: _write_vtk(path, coding), text=coding[0] == 0
             )
+        for text in (True, False):
+            yield of("vtk-grid", "v.vtk", lambda path, of=ending, text=text: _write_legacy(path, of, text), text=text)
     for form in ("NETCDF3_CLASSIC", "NETCDF3_64BIT_OFFSET", "NETCDF3_64BIT_DATA", "NETCDF4", "NETCDF4_CLASSIC"):
         kind = "netcdf4" if "4" in form and "64" not in form else "netcdf3"
         yield of(kind, "v.nc", lambda path, form=form: _write_netcdf(path, form))
@@ -40,6 +43,15 @@ def _write_vtk(path: Path, coding: tuple[int, int, int]) -> None:
     writer.SetDataMode(mode)
     writer.SetCompressorType(packer)
     writer.SetEncodeAppendedData(encoded)
+    writer.Write()
+
+
+def _write_legacy(path: Path, ending: str, text: bool) -> None:
+    writer = vtkDataSetWriter()
+    writer.SetFileName(str(path))
+    writer.SetInputData(_grid(ending))
+    writer.SetFileVersion(42)
+    writer.SetFileTypeToASCII() if text else writer.SetFileTypeToBinary()
     writer.Write()
 
 

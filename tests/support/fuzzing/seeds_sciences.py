@@ -35,6 +35,8 @@ def _brains() -> Iterator[Seed]:
     for ending in ("gipl", "gipl.gz"):
         image = SimpleITK.GetImageFromArray(VALUES)
         yield of("gipl", f"v.{ending}", lambda path, image=image: SimpleITK.WriteImage(image, str(path)))
+    for ending in ("mgh", "mgz"):
+        yield of("mgh", f"v.{ending}", lambda path: nibabel.save(nibabel.MGHImage(VALUES.T, np.eye(4)), path))
     header = nibabel.Spm2AnalyzeHeader()
     header.set_data_dtype(np.int16)
     header.set_data_shape(VALUES.shape[::-1])

@@ -46,6 +46,15 @@ def on_points(values: NDArray, points: NDArray, choice: Choice) -> Samples:
     return Samples(made, position.spacing.tolist(), position.origin.tolist(), resampling=about)
 
 
+def middles(points: NDArray) -> NDArray:
+    """Return the middles of the cells between points, shape (nz, ny, nx, 3), the means of their corners."""
+    for axis in range(3):
+        if points.shape[axis] > 1:
+            ends = np.split(points, [1], axis=axis)[1], np.delete(points, -1, axis=axis)
+            points = (ends[0] + ends[1]) / 2
+    return points
+
+
 def _lost(values: NDArray, points: NDArray, made: NDArray, position: _Position, labels: bool) -> dict[str, Any]:
     """Return the error of the regular grid at the source's samples, or the number of changed labels."""
     difference, changed = Difference(), 0

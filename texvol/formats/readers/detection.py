@@ -21,6 +21,7 @@ FORMATS = {
     "DICOM": (".dcm", ".dicom", ".ima"),
     "TIFF": (".tif", ".tiff"),
     "GIPL": (".gipl", ".gipl.gz"),
+    "MGH": (".mgh", ".mgz", ".mgh.gz"),
     "AFNI": (".head", ".brik", ".brik.gz", ".brik.bz2"),
     "MINC": (".mnc",),
     "CZI": (".czi",),
@@ -91,13 +92,13 @@ _WITH_COLORS = ("NRRD", "NIfTI", "MetaImage", "DICOM", "TIFF", "VTI", "NPY")
 
 # Offset, bytes and format of each magic number.
 _MAGIC = (
+    (128, b"DICM", "DICOM"),  # after 128 bytes of any content, such as TIFF's
     (0, b"\x93NUMPY", "NPY"),
     (0, b"NRRD", "NRRD"),
     (0, b"II*\0", "TIFF"),
     (0, b"MM\0*", "TIFF"),
     (0, b"II+\0", "TIFF"),
     (0, b"MM\0+", "TIFF"),
-    (128, b"DICM", "DICOM"),
     (344, b"n+1\0", "NIfTI"),
     (344, b"ni1\0", "NIfTI"),
     (4, b"n+2\0\r\n\x1a\n", "NIfTI"),
@@ -252,7 +253,7 @@ def _check_name(lower: str, named: str, content: str, head: bytes) -> None:
         content in _CONTAINERS.get(named, ())
         or lower.endswith((".img", ".img.gz"))
         or (named in ("DICOM", "MRC", "LIF") and content == _UNKNOWN)
-        or named in ("AFNI", "SEG-Y")  # text, and samples without a mark
+        or named in ("AFNI", "SEG-Y", "MGH")  # text, and samples without a mark
     )
     if content != named and not unmarked:
         inside = f", and its unpacked content is {content}" if packing else f", but its content is {content}"

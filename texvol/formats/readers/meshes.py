@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers import hdf5_files
+from texvol.formats.readers import hdf5_files, legacy_vtk
 from texvol.formats.readers.child_process import forked
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.formats.readers.splitting import SHAPES
@@ -35,7 +35,7 @@ _KINDS = {"tetra": "tetrahedron", "pyramid": "pyramid", "wedge": "wedge", "hexah
 _KINDS |= {"vertex": "vertices", "line": "lines", "triangle": "triangles", "quad": "quadrilaterals"}
 _KINDS |= {"pixel": "quadrilaterals", "polygon": "polygons"}
 _TAGS = "gmsh:dim_tags"  # of points, by meshio: no field
-_STRUCTURED = "save it as VTI, VTR or VTS, in ParaView by File, Save Data"
+_LEGACY = b"# vtk DataFile"
 
 
 class _Mesh(NamedTuple):
@@ -49,12 +49,20 @@ class _Mesh(NamedTuple):
 
 def read(path: str, choice: Choice) -> Samples:
     """Return samples on a regular grid of a field at the points of a grid, or in its cells."""
+    if _legacy_kind(path) in legacy_vtk.KINDS:
+        return legacy_vtk.read(path, choice)
     grid, notes = tetrahedra(path, choice)
     return samples_of(grid, notes, choice)
 
 
 def tetrahedra(path: str, choice: Choice) -> tuple[TetrahedralGrid, tuple[str, ...]]:
     """Return the field of a file on tetrahedra, and notes."""
+    kind = _legacy_kind(path)
+    if kind in legacy_vtk.KINDS:
+        raise FileFault(f"is legacy VTK of {kind}, whose samples are on a grid: it has no tetrahedra")
+    if kind not in ("UNSTRUCTURED_GRID", None):
+        kinds = ", ".join(("UNSTRUCTURED_GRID", *legacy_vtk.KINDS))
+        raise FileFault(f"is legacy VTK of {kind or 'an unknown kind'}, of which texvol reads {kinds}")
     mesh = _read(path)
     named = {name: True for name in mesh.at_points if name != _TAGS}
     for name in mesh.in_cells:
@@ -210,8 +218,7 @@ def _reader_for(path: str) -> Callable[[str], Any]:
 
     with open(path, "rb") as file:
         head = file.read(2**16)
-    if head.startswith(b"# vtk DataFile"):
-        _check_legacy(head)
+    if head.startswith(_LEGACY):
         return meshio.vtk.read
     if head.startswith(b"$"):
         return meshio.gmsh.read
@@ -224,9 +231,8 @@ def _reader_for(path: str) -> Callable[[str], Any]:
     return meshio.xdmf.read
 
 
-def _check_legacy(head: bytes) -> None:
-    """Raise FileFault unless a legacy VTK file holds an unstructured grid."""
-    found = re.search(rb"^\s*DATASET\s+(\w+)", head, re.MULTILINE | re.IGNORECASE)
-    kind = found.group(1).decode("ascii", "replace").upper() if found else "an unknown kind"
-    if kind != "UNSTRUCTURED_GRID":
-        raise FileFault(f"is legacy VTK of {kind}, of which texvol reads UNSTRUCTURED_GRID alone; {_STRUCTURED}")
+def _legacy_kind(path: str) -> str | None:
+    """Return the kind of data set of a legacy VTK file; None of another file."""
+    with open(path, "rb") as file:
+        head = file.read(2**16)
+    return legacy_vtk.kind_of(head) if head.startswith(_LEGACY) else None

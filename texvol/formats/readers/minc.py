@@ -84,7 +84,7 @@ def _opened(path: str) -> Any:
     from nibabel.minc2 import Minc2File
 
     if not is_hdf5(path):
-        file = netcdf_file(path)
+        file = netcdf_file(path, mmap=False)  # a map would outlive an error, and be warned of
         if "image" not in file.variables:
             raise FileFault("has no variable image")
         described = _RANGES | file.variables

@@ -82,6 +82,16 @@ def axis_of(stored: NDArray, name: str) -> Axis:
     return Axis(coordinates, name, rounding_of(stored))
 
 
+def axis_between(stored: NDArray, name: str) -> Axis:
+    """Return the axis of samples in the middles between coordinates; a single coordinate stays where it is."""
+    axis = axis_of(stored, name)
+    edges = axis.coordinates
+    if len(edges) == 1:
+        return axis
+    middles = edges[:-1] + np.diff(edges) / 2
+    return Axis(middles, name, axis.rounding, abs(float(edges[1] - edges[0])) if len(middles) == 1 else None)
+
+
 def on_axes(values: NDArray, axes: Sequence[Axis], choice: Choice) -> Samples:
     """Return samples on a regular grid of a field on a rectilinear grid.
 

@@ -41,7 +41,8 @@ class Stored(NamedTuple):
 
     They begin after `offset` bytes and `lines` lines of the file, and `skip` bytes of the unpacked rest; skip -1 means
     that they are at the end, and for text it is ignored. The encoding is "raw", "deflate" (zlib or gzip), "bzip2",
-    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages.
+    "ascii" (decimal numbers) or "hex" (two digits per byte). `what` is the name of the file in messages. Unless
+    `is_last` more may follow samples that are bytes.
     """
 
     path: str
@@ -51,6 +52,7 @@ class Stored(NamedTuple):
     offset: int = 0
     lines: int = 0
     skip: int = 0
+    is_last: bool = True
     what: str = "it"
 
     @property
@@ -127,7 +129,7 @@ def _read_plain(file: IO[bytes], stored: Stored, part: int, parts: int) -> NDArr
         file.seek(begin + skip + needed)
         rest = file.read(2)
         held -= len(rest) if rest in (b"\n", b"\r\n") else 0
-    if skip < 0 or held - skip != needed:
+    if skip < 0 or held - skip < needed or (stored.is_last and held - skip != needed):
         raise _wrong_size(stored, max(held - max(skip, 0), 0), parts)
     file.seek(begin + skip + part * stored.nbytes)
     values = np.fromfile(file, stored.dtype, prod(stored.sizes))
@@ -143,10 +145,14 @@ def _read_packed(blocks: Iterator[bytes], stored: Stored, skip: int) -> NDArray:
     for block in blocks:
         first = max(skip - seen, 0)
         at = max(seen - skip, 0)
+        if not stored.is_last:
+            block = block[: first + stored.nbytes - at]
         seen += len(block)
         if seen - skip > stored.nbytes:
             raise _wrong_size(stored, None)
         target[at : at + max(len(block) - first, 0)] = np.frombuffer(block, np.uint8)[first:]
+        if not stored.is_last and seen - skip == stored.nbytes:
+            break
     if seen - skip != stored.nbytes:
         raise _wrong_size(stored, max(seen - skip, 0))
     return native(values)
@@ -182,7 +188,7 @@ def _wrong_size(stored: Stored, held: int | None, parts: int = 1) -> FileFault:
 
 def encoding_of(path: str) -> str:
     """Return the encoding of a file by its name, which may end with .gz or .bz2."""
-    return {".gz": "deflate", ".bz2": "bzip2"}.get(os.path.splitext(path)[1].lower(), "raw")
+    return {".gz": "deflate", ".mgz": "deflate", ".bz2": "bzip2"}.get(os.path.splitext(path)[1].lower(), "raw")
 
 
 def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes, rounding_of
+from texvol.formats.readers.rectilinear import axis_between, axis_of, on_axes
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.formats.readers.vtk_xml import Grid, extent_of, read_whole
 
@@ -13,7 +13,8 @@ from texvol.formats.readers.vtk_xml import Grid, extent_of, read_whole
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples at the points of a grid, or at the middles of its cells if only these have values."""
     grid, samples = read_whole(path, "RectilinearGrid", choice)
-    axes = [_axis(_coordinates(grid, axis), "xyz"[axis], grid.at_points) for axis in range(3)]
+    placed = axis_of if grid.at_points else axis_between
+    axes = [placed(_coordinates(grid, axis), "xyz"[axis]) for axis in range(3)]
     return on_axes(samples.values, axes, choice)._replace(notes=samples.notes)
 
 
@@ -34,12 +35,3 @@ def _coordinates(grid: Grid, axis: int) -> NDArray:
             raise FileFault(f"the coordinates {name} of its pieces contradict each other")
         found[where], seen[where] = part, True
     return found  # complete, as the samples are
-
-
-def _axis(points: NDArray, name: str, at_points: bool) -> Axis:
-    axis = axis_of(points, name)
-    if at_points:
-        return axis
-    edges = axis.coordinates
-    middles = edges[:-1] + np.diff(edges) / 2
-    return Axis(middles, name, rounding_of(points), abs(float(edges[1] - edges[0])) if len(middles) == 1 else None)

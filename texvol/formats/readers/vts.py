@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-import numpy as np
-from numpy.typing import NDArray
-
-from texvol.formats.readers.curvilinear import on_points
+from texvol.formats.readers.curvilinear import middles, on_points
 from texvol.formats.readers.samples import Choice, FileFault, Samples
 from texvol.formats.readers.vtk_xml import read_whole
 
@@ -17,7 +14,7 @@ def read(path: str, choice: Choice) -> Samples:
     grid, samples = read_whole(path, "StructuredGrid", choice)
     points = grid.assembled(map(_points, grid.pieces), 3, at_points=True, what="points")
     if not grid.at_points:
-        points = _middles(points)
+        points = middles(points)
     return on_points(samples.values, points, choice)._replace(notes=samples.notes)
 
 
@@ -26,11 +23,3 @@ def _points(piece: Element) -> Element:
     if array is None:
         raise FileFault(f"its piece of extent {piece.get('Extent')} has no points")
     return array
-
-
-def _middles(points: NDArray) -> NDArray:
-    """Return the middles of the cells, the means of their corners."""
-    for axis in range(3):
-        ends = np.split(points, [1], axis=axis)[1], np.delete(points, -1, axis=axis)
-        points = (ends[0] + ends[1]) / 2
-    return points

@@ -18,6 +18,9 @@ CHOICES = {
     "gradients": ("data", "relative", "voxel"),
 }
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
+_GOLDEN = (5**0.5 - 1) / 2  # φ, whose multiples by squares have no period
+_LOST, _HIGHEST_END = 8, 40  # bins of 64
+_RISES, _SURE = 1.3, 4.0  # of the valley before it, and standard deviations: a peak
 _FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
 _LEAST_OBJECT = 27  # samples of it
 _COHERENT = 0.5  # least fraction of them beside another one: noise and hot pixels are alone
@@ -89,15 +92,16 @@ def _mean_cell(volume: Volume) -> float:
 def typical_samples(volume: Volume) -> NDArray[np.float64]:
     """Finite samples spread over the volume, at most 65,536 of them, ascending; (0,) where none is finite.
 
-    Of a volume in a store they are those of a coarse level: all of its samples need not fit in memory.
+    One of each run of samples in memory is taken, at a fraction {k²φ} of the k-th run: a stride alone may visit a plane
+    of the volume that misses what is in its middle, such as x + z = y of 256³ samples. Of a volume in a store they are
+    those of a coarse level: all of its samples need not fit in memory.
     """
     volume = volume.overview
     flat = volume.values.reshape(-1)
-    stride = -(-flat.size // _STATISTICS_SAMPLES)
-    # A stride that shares no factor with the row length visits every column, not a few over and over.
-    while stride > 1 and any(np.gcd(stride, n) > 1 for n in volume.dimensions[:2] if n > 1) and stride < 1 << 20:
-        stride += 1
-    samples = flat[::stride].astype(np.float64)
+    run = -(-flat.size // _STATISTICS_SAMPLES)
+    begins = np.arange(0, flat.size, run)
+    within = (np.arange(begins.size, dtype=np.float64) ** 2 * _GOLDEN % 1 * run).astype(np.intp)
+    samples = flat[np.minimum(begins + within, flat.size - 1)].astype(np.float64)
     samples = samples[np.isfinite(samples)]
     if not samples.size and volume.finite_range:
         samples = np.array(volume.finite_range)
@@ -145,7 +149,21 @@ def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
     mode = int(counts[:24].argmax())
     if counts[mode] < samples.size / 20:
         return float(percentile_of_sorted(samples, 5)), float(high)
-    # The background ends where its peak has fallen to a twentieth of its height.
-    beyond = np.flatnonzero(counts[mode:40] < counts[mode] / 20)
+    return float(edges[_end_of_background(counts, mode)]), float(high)
+
+
+def _end_of_background(counts: NDArray[np.intp], mode: int) -> int:
+    """Return the bin in which the peak of the background has fallen to a twentieth, or before another one to a third.
+
+    A broad background has not fallen as far where the medium's own peak begins: then it ends in the valley between,
+    if a large part of the medium would be lost otherwise.
+    """
+    beyond = np.flatnonzero(counts[mode:_HIGHEST_END] < counts[mode] / 20)
     end = mode + int(beyond[0]) if beyond.size else mode + 1
-    return float(edges[end]), float(high)
+    for valley in range(mode + 1, end - _LOST + 1 if beyond.size else _HIGHEST_END):
+        low = float(counts[valley])
+        if low < counts[mode] / 3 and low <= counts[mode : valley + 1].min():
+            peak = float(counts[valley + 1 :].max(initial=0))
+            if peak > _RISES * low + _SURE * np.sqrt(peak):
+                return valley
+    return end
