@@ -19,7 +19,7 @@ from texvol.window.steering import BINDINGS
 
 ACTIONS = 600
 _APART = 0.015  # seconds between two of them
-_MOST_GROWTH = 16 << 20  # bytes of all processes, by half of the actions: 8 MB of it come and go
+_MOST_GROWTH = 12 << 20  # bytes of all processes, by half of the actions: 8 MB of it come and go
 # What would end the window, or leave it for another.
 _NOT_PLAYED = {"close", "fullscreen"}
 _OF_TIME_AND_LIST = [
