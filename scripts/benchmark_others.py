@@ -19,7 +19,7 @@ import numpy as np
 from benchmark_beside import OTHERS, Beside
 from benchmark_chart import Curve, draw_chart
 from benchmark_competitors import WANTED, Competitor, Marcher, Texvol, Trial, Vtk
-from benchmark_errors import best, final_times, say
+from benchmark_errors import all_finalists, best, final_times, say
 from benchmark_scenes import FILES, Truths, built_in, real
 from benchmark_timing import Run, milliseconds
 from numpy.typing import NDArray
@@ -116,18 +116,12 @@ def measured_scene(run: Run, renderer: Renderer, name: str, scene: Scene, truth:
 
 
 def choice(trials: Sequence[Trial]) -> list[Trial]:
-    """Return the best settings of a program, evenly thinned where they are many, with the winner for each error."""
+    """Return the best settings of a program, evenly thinned where they are many, and finalists for each error."""
     low, high = _OF_INTEREST
     shown = [trial for trial in front(trials) if trial.rms <= high]
     shown = [trial for trial, before in zip(shown, [None, *shown], strict=False) if before is None or before.rms > low]
     places = np.unique(np.rint(np.linspace(0, len(shown) - 1, _MOST_TIMED)).astype(int)) if shown else []
-    winners = [fast for wanted in WANTED if (fast := first_within(shown, wanted))]
-    return sorted({*(shown[place] for place in places), *winners}, key=lambda trial: -trial.rms)
-
-
-def first_within(fronts: Sequence[Trial], wanted: float) -> Trial | None:
-    """Return the fastest of a front that is within an error."""
-    return min((trial for trial in fronts if trial.rms <= wanted), key=lambda trial: trial.seconds, default=None)
+    return sorted({*(shown[place] for place in places), *all_finalists(trials)}, key=lambda trial: -trial.rms)
 
 
 def front(trials: Iterable[Trial]) -> list[Trial]:

@@ -62,7 +62,7 @@ class Program:
             cmap=lookup_table(medium),
             clim=(medium.low, medium.high),
             mapper=family,
-            opacity_unit_distance=1.0,
+            opacity_unit_distance=medium.path_for_bits,
             show_scalar_bar=False,
         )
         volume.prop.interpolation_type = "linear"
@@ -75,9 +75,9 @@ class Program:
 
 
 def lookup_table(medium: Medium) -> pyvista.LookupTable:
-    """Return colours and opacities of one smallest spacing as pyvista's table."""
+    """Return colours and opacities as pyvista's table, opacities of a path that suits 8 bits."""
     table = pyvista.LookupTable(scalar_range=(medium.low, medium.high))
-    colors = np.column_stack([medium.colors, medium.opacities(1.0)])
+    colors = np.column_stack([medium.colors, medium.opacities(medium.path_for_bits)])
     table.values = np.rint(255 * colors).astype(np.uint8)
     return table
 
