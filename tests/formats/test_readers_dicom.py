@@ -273,3 +273,12 @@ def test_a_folder_that_is_no_volume_is_refused(tmp_path: Path, spoil: Callable[[
     spoil(folder)
     with pytest.raises(InputError, match=rf"series: .*{reason}"):
         load(folder)
+
+
+def test_a_preamble_with_the_mark_of_tiff(tmp_path: Path) -> None:
+    """DICOM leaves the first 128 bytes to other formats: a file may be both."""
+    written_series(tmp_path)
+    for path in tmp_path.iterdir():
+        path.write_bytes(b"II*\0" + path.read_bytes()[4:])
+    assert load(next(iter(sorted(tmp_path.iterdir())))).shape[0] == 1
+    marked.check(load(tmp_path), position=POSITION, atol=1e-6)

@@ -20,6 +20,7 @@ from texvol.options import texts
 from texvol.options.scene_options import SceneOptions
 from texvol.scene.transfer import preset
 from texvol.util.color import color_of_text
+from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
 
 ORANGE = (1.0, 0.21586050011389926, 0.0)  # #ff8000, linear
@@ -35,15 +36,15 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def chosen(*line: str) -> SceneOptions:
+def chosen(*line: str, volume: str = "v.npy") -> SceneOptions:
     parser = argparse.ArgumentParser(exit_on_error=False)
     reading_options.add_volume_options(parser)
     options.add_scene_options(parser)
-    return SceneOptions(parser.parse_args(texts.with_negative_values(["v.npy", *line])))
+    return SceneOptions(parser.parse_args(texts.with_negative_values([volume, *line])))
 
 
-def scene(*line: str) -> Scene:
-    made = chosen(*line)
+def scene(*line: str, volume: str = "v.npy") -> Scene:
+    made = chosen(*line, volume=volume)
     return made.scene(made.load())
 
 
@@ -174,3 +175,9 @@ def test_an_error_may_be_a_fraction(text: str, expected: float) -> None:
     for wrong in ("1/0", "1/2/3", "/", "one/2", "", "1/"):
         with pytest.raises(argparse.ArgumentTypeError, match="must be a number"):
             texts.error_limit(wrong)
+
+
+def test_a_range_of_colours_is_refused_with_what_to_do() -> None:
+    np.save("c.npy", np.zeros((4, 5, 6, 3), np.uint8))
+    with pytest.raises(InputError, match=r"--range needs measured values, got colours .*--no-color reads them"):
+        scene("--color", "--range", "1,2", volume="c.npy")

@@ -51,6 +51,7 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "a mask of 255": (np.where(RADIUS < 0.5, 255, 0).astype(np.uint8), {}, "labels"),
     "a ramp of few numbers": (np.broadcast_to(np.arange(8)[:, None, None], (8, 9, 10)), {}, "measured"),
     "noise in bytes": (np.clip(40 + 10 * NOISE, 0, 255).astype(np.uint8), {}, "field"),
+    "a part of a body in bytes": (np.clip(40 + 10 * NOISE, 0, 255).astype(np.uint8), {"space": RAS}, "measured"),
     "few levels of a smooth field": ((20 * RADIUS).astype(np.uint8), {}, "field"),
     "few counts of photons": (RANDOM.poisson(3, RADIUS.shape).astype(np.uint16), {}, "measured"),
     "few levels of a steep field": ((1000 * np.floor(6 * np.exp(-3 * RADIUS**2))).astype(np.uint16), {}, "measured"),

@@ -252,11 +252,13 @@ def adjusted(chosen: Mapping[str, Any], medium: TransferFunction, volume: Volume
     Raises
     ------
     InputError
-        If --range is given for labels.
+        If --range is given for labels or colours.
     """
     if "range" in chosen:
-        if volume.labels:
-            raise InputError(f"--range needs measured values, got labels in {volume.name}")
+        if volume.labels or volume.colors is not None:
+            got, other = ("colours", "--no-color") if volume.colors is not None else ("labels", "--no-labels")
+            said = f"--range needs measured values, got {got} in {volume.name}"
+            raise InputError(f"{said}; {other} reads them as values")
         medium = adjusting.between(medium, *chosen["range"])
     return adjusting.denser(medium, chosen["opacity"]) if "opacity" in chosen else medium
 

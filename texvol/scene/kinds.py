@@ -123,7 +123,8 @@ def _seen(volume: Volume) -> Kind:
     if anatomical and low >= 0 and background >= _BACKGROUND and abs(skewness) >= _SKEWED:
         return Kind("MR", f"the file names directions of the body, and its histogram is skewed by {skewness:.1f}")
     is_density = volume.unit in _ANGSTROMS
-    if not is_density and background < _BACKGROUND and median > _FILLED:
+    is_tissue = anatomical and volume.dtype.kind != "f"  # a part of a body, cut out
+    if not is_density and not is_tissue and background < _BACKGROUND and median > _FILLED:
         return Kind("field", "its values fill the box, without a background")
     return Kind("measured", "nothing says what its values are")
 

@@ -39,7 +39,7 @@ class _Array(NamedTuple):
 
     begin: int
     code: str
-    count: int
+    numbers: int
     components: int = 1
     is_text: bool = False
 
@@ -55,11 +55,11 @@ def read(path: str, choice: Choice) -> Samples:
     with open(path, "rb") as file:
         document = _Document(file)
         at_points, arrays = document.at_points, document.arrays
-        name, notes = chosen_name(arrays and dict.fromkeys(arrays, at_points), choice.variable, document.scalars)
+        name, notes = chosen_name(dict.fromkeys(arrays, at_points), choice.variable, document.scalars)
         array = arrays[name]
         sizes = [size if at_points else max(size - 1, 1) for size in document.sizes[::-1]]
-        if array.count != prod(sizes) * array.components:
-            said = f"{array.count} numbers, but the dimensions need {prod(sizes) * array.components}"
+        if array.numbers != prod(sizes) * array.components:
+            said = f"{array.numbers} numbers, but the dimensions need {prod(sizes) * array.components}"
             raise FileFault(f"its array {name} has {said}")
         axes = "ZYXC" if array.components > 1 else "ZYX"
         shape = [*sizes, array.components][: len(axes)]
@@ -129,21 +129,21 @@ class _Document:
         if array.is_text:
             return self._text(array)
         if array.code == "bit":
-            packed = np.fromfile(self.file, np.uint8, -(-array.count // 8))
-            return np.unpackbits(packed, count=array.count)
-        check_size([array.count], np.dtype(array.code).itemsize)
-        return native(np.fromfile(self.file, ">" + array.code, array.count))
+            packed = np.fromfile(self.file, np.uint8, -(-array.numbers // 8))
+            return np.unpackbits(packed, count=array.numbers)
+        check_size([array.numbers], np.dtype(array.code).itemsize)
+        return native(np.fromfile(self.file, ">" + array.code, array.numbers))
 
     def _text(self, array: _Array) -> NDArray:
         """Return numbers that are text; those that their type cannot hold are an error."""
         dtype = np.dtype({"bit": "u1", _COLOR: "f4"}.get(array.code, array.code))
         wide = dtype if dtype.kind == "f" or dtype.itemsize == 8 else np.dtype(np.float64)
-        check_size([array.count], wide.itemsize)
+        check_size([array.numbers], wide.itemsize)
         numbers = np.empty(0, wide)
         with catch_warnings(action="ignore"), suppress(ValueError):  # by numpy's version, of what is no number
-            numbers = np.fromfile(self.file, wide, array.count, sep=" ")
-        if numbers.size != array.count:
-            raise FileFault(f"is truncated or corrupt: an array has {numbers.size} numbers of {array.count}")
+            numbers = np.fromfile(self.file, wide, array.numbers, sep=" ")
+        if numbers.size != array.numbers:
+            raise FileFault(f"is truncated or corrupt: an array has {numbers.size} numbers of {array.numbers}")
         if array.code == _COLOR:
             return np.rint(255 * np.clip(numbers, 0, 1)).astype(np.uint8)
         values = numbers if wide == dtype else numbers.astype(dtype)
@@ -153,8 +153,8 @@ class _Document:
 
     def _of_grid(self, key: str, count: int) -> NDArray:
         array = self.grid.get(key)
-        if array is None or array.count != count:
-            raise FileFault(f"its {key} must be {count} numbers, got {array.count if array else 'none'}")
+        if array is None or array.numbers != count:
+            raise FileFault(f"its {key} must be {count} numbers, got {array.numbers if array else 'none'}")
         return self.numbers(array)
 
     def _line(self) -> str:
