@@ -42,7 +42,7 @@ _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
     *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
-    "level_error",
+    *("level_error", "shadow_nodes"),
 )
 
 
@@ -100,6 +100,11 @@ def _add_textures(group: Any) -> None:
         "--texture-refinement", type=texts.refinement, metavar="1|2|4|auto",
         help="texels of slab and extinction along an axis for a sample (1; auto for --classification auto); auto: as "
         "many as show, and fit",
+    )  # fmt: skip
+    group.add_argument(
+        "--shadow-nodes", type=texts.shadow_nodes, metavar="N|auto",
+        help="nodes along the longest edge of the box, between which shadows are interpolated (64; auto with "
+        "--max-error); auto: as many as their error needs, at most 256",
     )  # fmt: skip
     group.add_argument("--target-format", choices=_FORMATS, default="auto", help="format of the framebuffer")
     group.add_argument(
