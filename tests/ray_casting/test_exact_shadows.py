@@ -67,7 +67,7 @@ def test_more_nodes_come_nearer(classification: str) -> None:
     scene = Scene(volume, medium, Camera.framing(volume), classification=classification, lighting=lighting)  # type: ignore[arg-type]
     exact = raycast(scene, (10, 8))
     coarse, fine = (np.abs(raycast(scene, (10, 8), shadow_nodes=nodes) - exact).max() for nodes in (8, 64))
-    assert fine <= coarse / 8 <= 0.01  # order 1 at least
+    assert fine <= coarse / 6 <= 0.01  # order 1: the outermost nodes are within the box, and count up to its faces
     unlit = raycast(replace(scene, lighting=replace(lighting, shadows=False)), (10, 8))
     assert np.abs(unlit - exact).max() > 0.02
 
@@ -84,6 +84,7 @@ def test_panels_are_halved_at_a_jump_and_not_where_nothing_shows() -> None:
     assert list(zip(panels.first, panels.end, strict=True)) == [(0, len(panels.rows)), (len(panels.rows),) * 2]
     first, last, low, _, high = panels.rows.T
     assert np.array_equal(first[1:], last[:-1])
-    assert ((last - first)[(first < 2) | (first >= 4)] == 1).sum() == 6
+    assert np.array_equal(first[last <= 2], [0, 1])
+    assert np.array_equal(first[first >= 4], np.arange(4, 8, 0.5))  # looked at once
     beside = (low != high).nonzero()[0]
     assert len(beside) == 1 and (last - first)[beside[0]] <= 8 * TOLERANCE

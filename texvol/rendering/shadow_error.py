@@ -15,6 +15,7 @@ far from I(n):
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,7 +25,7 @@ from numpy.typing import NDArray
 from texvol.rendering.error_control import ORDER, SAFETY, DrawScene, Size, largest_difference, smaller
 from texvol.rendering.settings import Settings
 from texvol.scene.lighting import SHADOW_NODES, casts_shadows, checked_shadow_nodes
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import CompleteScene, Scene
 from texvol.util.errors import AccuracyWarning, InputError, NoRoomError
 from texvol.util.upward import upward
 
@@ -52,17 +53,7 @@ class ShadowError:
 
     def at(self, nodes: int) -> float:
         """Return the estimate for a number of nodes; 0 if nothing casts shadows."""
-        if not in_shadow(self._scene):
-            return 0.0
-        if 2 * nodes <= _MOST_CHOSEN:
-            try:
-                return SAFETY * self._difference(nodes, 2 * nodes) / (1 - 2.0**-ORDER)
-            except NoRoomError:
-                pass
-        return SAFETY * self._difference(nodes // 2, nodes) / (2.0**ORDER - 1)
-
-    def _difference(self, nodes: int, finer: int) -> float:
-        return largest_difference(self._drawn(nodes), self._drawn(finer))
+        return error_of_nodes(self._drawn, nodes) if in_shadow(self._scene) else 0.0
 
     def _drawn(self, nodes: int) -> NDArray[np.float32]:
         if nodes not in self._pictures:
@@ -70,7 +61,17 @@ class ShadowError:
         return self._pictures[nodes]
 
 
-def in_shadow(scene: CompleteScene) -> bool:
+def error_of_nodes(draw: Callable[[int], NDArray[np.float32]], nodes: int) -> float:
+    """Estimate the error of a picture by its nodes; `draw` draws it with any number of nodes."""
+    if 2 * nodes <= _MOST_CHOSEN:
+        try:
+            return SAFETY * largest_difference(draw(nodes), draw(2 * nodes)) / (1 - 2.0**-ORDER)
+        except NoRoomError:
+            pass
+    return SAFETY * largest_difference(draw(nodes // 2), draw(nodes)) / (2.0**ORDER - 1)
+
+
+def in_shadow(scene: Scene) -> bool:
     """True if shadows show in the pictures of a scene."""
     return scene.mode == "composite" and casts_shadows(scene.lighting)
 
