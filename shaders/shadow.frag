@@ -1,7 +1,7 @@
 #version 330
 // Optical depth between a node of the box and a light, as much of it as lies in one brick; a pixel for each node.
 //
-// Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, k). The path is cut into parts of
+// Nodes lie in the middles of a grid of cells: pixel (i, j + k ny) is node (i, j, first_layer + k). The path is cut into parts of
 // one length, and each part belongs to the brick in which its middle is. Of several volumes each is a box for
 // itself, and the depths between a node of any of them and a light add up.
 //
@@ -17,6 +17,7 @@
 #include "graded.glsl"
 
 uniform ivec3 nodes;
+uniform int first_layer;          // of nodes along z, of those that are drawn
 #if ELSEWHERE
 uniform mat3 box_from_other;      // from fractions of the other box to fractions of this one
 uniform vec3 other_corner;
@@ -31,7 +32,7 @@ out vec4 optical_depth;
 
 // Position in the box of the node of a pixel.
 vec3 node_position(ivec2 pixel) {
-    vec3 position = (vec3(pixel.x, pixel.y % nodes.y, pixel.y / nodes.y) + 0.5) / vec3(nodes);
+    vec3 position = (vec3(pixel.x, pixel.y % nodes.y, first_layer + pixel.y / nodes.y) + 0.5) / vec3(nodes);
 #if ELSEWHERE
     position = box_from_other * position + other_corner;
 #endif

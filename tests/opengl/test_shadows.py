@@ -12,9 +12,10 @@ from support.several import turned
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.opengl.shadows import Shadows
-from texvol.ray_casting.raycast import light_transmittances
+from texvol.ray_casting.lit.shadows import shadows_in
+from texvol.ray_casting.raycast import tracer_for
 from texvol.scene.camera import Projection
-from texvol.scene.lighting import Light, Lighting, shadow_distance, shadow_nodes, unit
+from texvol.scene.lighting import SHADOW_NODES, Light, Lighting, shadow_distance, shadow_nodes, unit
 from texvol.scene.scene import CLASSIFICATIONS, Classification
 from texvol.scene.transfer.graded import Contour
 
@@ -42,6 +43,11 @@ def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: 
         [shadow] = renderer._pictures.in_memory.cache._shadows.prepare([scene.completed((8, 8))], thickness)
     assert shadow is not None
     return shadow.transmittance
+
+
+def exact_at_nodes(scene: Scene) -> np.ndarray:
+    """What arrives of the first light at the nodes, (z, y, x), as the oracle finds it."""
+    return shadows_in(scene.completed((1, 1)), SHADOW_NODES, tracer_for).fields[0].nodes[0]
 
 
 def node_positions(volume: Volume) -> np.ndarray:
@@ -75,7 +81,7 @@ def test_in_a_constant_medium_light_falls_off_exponentially(renderer: Renderer, 
     light_transmittance = cast(renderer, scene, FOG, 0.5)
     # A sum of up to 60 float32 parts: some 1e-6 of the depth.
     assert np.abs(light_transmittance[..., 0] - expected).max() <= 5e-6
-    assert np.abs(light_transmittances(scene.completed((1, 1)))[0][0] - expected).max() <= 1e-12
+    assert np.abs(exact_at_nodes(scene) - expected).max() <= 1e-12
 
 
 def test_each_light_has_a_component_of_its_own_whatever_their_order(renderer: Renderer) -> None:
@@ -94,7 +100,7 @@ def test_nothing_comes_through_opaque_matter(renderer: Renderer) -> None:
     light_transmittance = cast(renderer, scene, wall, 0.25)
     heights = node_positions(scene.volume)[:, 0, 0, 2]
     assert (light_transmittance[heights < 2.4] == 0).all() and (light_transmittance[heights > 3.6] == 1).all()
-    exact = light_transmittances(scene.completed((1, 1)))[0][0]
+    exact = exact_at_nodes(scene)
     assert (exact[heights < 2.4] == 0).all() and (exact[heights > 3.6] == 1).all()
 
 
@@ -117,7 +123,7 @@ def test_pictures_in_shadow_go_to_the_oracles(
 ) -> None:
     scene = noise_in_shadow(projection, classification)
     assert scene.lighting is not None
-    truth = raycast(scene, SMALL)
+    truth = raycast(scene, SMALL, shadow_nodes=64)
     errors = [np.sqrt(np.square(renderer.render(scene, SMALL, sampling_rate=rate) - truth).mean()) for rate in (2, 8)]
     # Order 2, or 1 for opacities that are interpolated; two slabs a voxel of such noise are some 1e-3 off.
     factor = 1.7 if classification == "slab" else 3.0
@@ -140,7 +146,7 @@ def test_matter_that_depends_on_the_gradient_casts_shadows(renderer: Renderer) -
     contour = Contour(0.5, 2.0, (0.4, 0.3, 0.2), 0.5)
     medium = TransferFunction([0.0], [(0, 0, 0)], [0.0], contours=(contour,))
     scene = scene_of(random_volume(6, (28, 7, 7)), medium, SUN)
-    truth = raycast(scene, SIZE)
+    truth = raycast(scene, SIZE, shadow_nodes=64)
     errors = [np.abs(renderer.render(scene, SIZE, sampling_rate=rate) - truth).mean() for rate in (2, 8)]
     # Kinks at the edges of the contour, and none of them at the samples' places: order 2 in the mean.
     assert errors[1] <= errors[0] / 8

@@ -17,6 +17,7 @@ from texvol.distributed.workers import Workers
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import Stopwatch
 from texvol.rendering.frames import Frame, drawn_one_by_one
+from texvol.rendering.late_estimate import Estimates
 from texvol.rendering.picture import Picture
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.renderer import Renderer
@@ -114,7 +115,7 @@ class DistributedRenderer(Renderer):
         scene = scene.classified_as(drawn.kept.classification)
         self._unrefined = complete = scene.completed(size)
         self._last, self._by_tiles = (complete, size, drawn.settings), drawn.by_tiles
-        self._stats, self._estimate, self.drawn_scene = {}, None, scene
+        self._stats, self._estimates, self.drawn_scene = {}, Estimates(), scene
         self._check, self.chosen = drawn.check, drawn.chosen
         remark_on_coarse_levels(scene.volume, drawn.settings)
         return Frame(self._known(drawn.picture.whole(size), size), scene, self.settings, drawn.kept)

@@ -21,14 +21,19 @@ from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_tri
 from texvol.opengl.texture_store import TextureStore, same
 from texvol.opengl.uniforms import NOTHING_SPECIAL, box_matrices, brick_uniforms, half_spaces_in_box
 from texvol.scene.cutting import Cutting
-from texvol.scene.lighting import Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
+from texvol.scene.lighting import SHADOW_NODES, Light, Lighting, casts_shadows, position_of, shadow_nodes, unit
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 from texvol.textures.shaded_samples import LightTransmittance
 from texvol.textures.value_texture import ValueTexture, bake_values
+from texvol.util.errors import NoRoomError
 
 _MOST_PARTS = 2048  # of a path through the box: more would take seconds
+_MOST_ROWS = 8192  # of nodes that are drawn at once: as many as every device has in a target
+_NODE_BYTES = 4  # of a light at a node
+
+Nodes = tuple[int, int, int]  # numbers along x, y, z
 
 
 class Shadow(NamedTuple):
@@ -51,10 +56,18 @@ class Shadows:
         self._cast_for: tuple[Any, ...] | None = None
         self._shadows: list[Shadow] = []
 
-    def prepare(self, scenes: Sequence[CompleteScene], thickness: float) -> Sequence[Shadow | None]:
+    def prepare(
+        self, scenes: Sequence[CompleteScene], thickness: float, most_nodes: int = SHADOW_NODES
+    ) -> Sequence[Shadow | None]:
         """Find the shadow in each volume, by steps of about a slab's thickness; None where no shadows are cast.
 
-        `scenes` are those of one volume each, see `CompleteScene.each_alone`.
+        `scenes` are those of one volume each, see `CompleteScene.each_alone`; `most_nodes` is the number of nodes along
+        the longest edge of a box.
+
+        Raises
+        ------
+        NoRoomError
+            If there are more nodes than usual, and they take more than textures may.
         """
         scene, lighting = scenes[0], scenes[0].lighting
         if lighting is None or not casts_shadows(lighting) or scene.mode != "composite":
@@ -62,30 +75,43 @@ class Shadows:
         volumes = [each.volume for each in scenes]
         part = max(thickness, 2 * max(volume.radius for volume in volumes) / _MOST_PARTS)
         estimators = [scene.gradient if each.medium.needs_gradient else None for each in scenes]
-        asked: tuple[Any, ...] = (part, repr(lighting.casting), repr(estimators), repr(scene.cutting))
+        asked: tuple[Any, ...] = (part, most_nodes, repr(lighting.casting), repr(estimators), repr(scene.cutting))
         asked += tuple(thing for each in scenes for thing in (each.volume, each.mask, each.medium))
         if self._cast_for is None or not same(self._cast_for, asked):
             self._cast_for = None
             self._release_textures()
-            self._shadows = [Shadow(each, self._uploaded(each)) for each in self._cast(lighting, scenes, part)]
+            nodes = [shadow_nodes(volume, most_nodes) for volume in volumes]
+            if most_nodes > SHADOW_NODES:
+                self._check_room(nodes, len(lighting.casting))
+            cast = self._cast(lighting, scenes, nodes, part)
+            self._shadows = [Shadow(each, self._uploaded(each)) for each in cast]
             self._cast_for = asked
         return self._shadows
 
+    def _check_room(self, nodes: Sequence[Nodes], lights: int) -> None:
+        needed = sum(math.prod(each) for each in nodes) * lights * _NODE_BYTES
+        if needed > self._budget:
+            raise NoRoomError(
+                f"shadows at {max(map(max, nodes))} nodes need {needed / 1e6:.0f} MB of textures, got "
+                f"{self._budget / 1e6:.0f} MB: allow more by --texture-memory, or take fewer by --shadow-nodes"
+            )
+
     def _cast(
-        self, lighting: Lighting, scenes: Sequence[CompleteScene], part_length: float
+        self, lighting: Lighting, scenes: Sequence[CompleteScene], nodes: Sequence[Nodes], part_length: float
     ) -> list[LightTransmittance]:
-        volumes = [scene.volume for scene in scenes]
-        depths = [np.zeros((len(lighting.casting), *shadow_nodes(volume)[::-1]), np.float32) for volume in volumes]
+        depths = [np.zeros((len(lighting.casting), *each[::-1]), np.float32) for each in nodes]
         for scene in scenes:
             estimator = scene.gradient if scene.medium.needs_gradient else None
             baked = bake_values(scene.volume, scene.medium, "post", "exact", estimator, scene.mask)
             textures = TextureStore(self._context, self._budget)
             try:
                 textures.prepare(baked, scene.volume, (baked,), (1, 1, 1))
-                for volume, depth in zip(volumes, depths, strict=True):
+                for receiving, each, depth in zip(scenes, nodes, depths, strict=True):
                     for number, light in enumerate(lighting.casting):
-                        casting = _Casting(light, baked, volume, part_length, scene.cutting, self._is_coarse)
-                        depth[number] += self._depths(casting, textures)
+                        casting = _Casting(
+                            light, baked, receiving.volume, each, part_length, scene.cutting, self._is_coarse
+                        )
+                        self._add_depths(casting, textures, depth[number])
             finally:
                 textures.release()
         return [np.ascontiguousarray(np.moveaxis(np.exp(-depth), 0, -1)) for depth in depths]
@@ -95,26 +121,28 @@ class Shadows:
         """True if the driver's weights have too few digits; what is kept for many pictures is always made exactly."""
         return weights_error(self._context) > COARSE
 
-    def _depths(self, casting: _Casting, textures: TextureStore) -> NDArray[np.float32]:
-        """Return the optical depth between the nodes (z, y, x) of a volume and a light."""
-        nx, ny, nz = shadow_nodes(casting.receiving)
-        target = self._gl.framebuffer([self._gl.texture((nx, ny * nz), 1, dtype="f4")])
-        depth = np.zeros((nz, ny, nx), np.float32)
+    def _add_depths(self, casting: _Casting, textures: TextureStore, depth: NDArray[np.float32]) -> None:
+        """Add the optical depth between the nodes (z, y, x) of a volume and a light, some layers of nodes at a time."""
+        nx, ny, nz = casting.nodes
+        layers = min(max(_MOST_ROWS // ny, 1), nz)
+        target = self._gl.framebuffer([self._gl.texture((nx, ny * layers), 1, dtype="f4")])
+        drawn = np.zeros((layers, ny, nx), np.float32)
         try:
-            target.use()
-            target.clear()
-            self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-            self._gl.enable(moderngl.BLEND)
-            self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
-            self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
-            for brick in textures.bricks:
-                program = self._programs.program("shadow", casting.switches(brick), "corner.vert")
-                bind(program, textures.resources(brick), casting.uniforms(brick))
-                draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
-            target.read_into(depth, components=1, dtype="f4", alignment=1)
+            for first in range(0, nz, layers):
+                target.use()
+                target.clear()
+                self._gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
+                self._gl.enable(moderngl.BLEND)
+                self._gl.blend_equation = (moderngl.FUNC_ADD, moderngl.FUNC_ADD)
+                self._gl.blend_func = (moderngl.ONE, moderngl.ONE)
+                for brick in textures.bricks:
+                    program = self._programs.program("shadow", casting.switches(brick), "corner.vert")
+                    bind(program, textures.resources(brick), casting.uniforms(brick) | {"first_layer": first})
+                    draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
+                target.read_into(drawn, components=1, dtype="f4", alignment=1)
+                depth[first : first + layers] += drawn[: nz - first]
         finally:
             release_target(self._gl, target)
-        return depth
 
     def release(self) -> None:
         """Release everything on the device."""
@@ -141,6 +169,7 @@ class _Casting(NamedTuple):
     light: Light
     baked: ValueTexture
     receiving: Volume
+    nodes: Nodes  # of the receiving volume
     part_length: float
     cutting: Cutting
     fetched: bool  # True if the shader interpolates texels
@@ -162,7 +191,7 @@ class _Casting(NamedTuple):
         assert light.vector is not None
         to_light = position_of(light, volume) / volume.radius if light.kind == "point" else unit(light.vector)
         uniforms: dict[str, Any] = {
-            "nodes": shadow_nodes(self.receiving),
+            "nodes": self.nodes,
             "to_light": tuple(to_light),
             "box_from_position": tuple(box_from_position.T.reshape(-1)),
             "part_length": self.part_length / volume.radius,

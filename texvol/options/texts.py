@@ -16,6 +16,7 @@ import numpy as np
 from texvol.formats.readers.magnitude import MAGNITUDE
 from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.scene.cutting import ClipPlane, Range, checked_crop
+from texvol.scene.lighting import checked_shadow_nodes
 from texvol.scene.spaces import letters_of_space
 from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
@@ -181,6 +182,11 @@ def refinement(text: str) -> int | str:
     if text not in ("1", "2", "4", "auto"):
         raise argparse.ArgumentTypeError(f"must be 1, 2, 4 or auto, got {text!r}")
     return text if text == "auto" else int(text)
+
+
+def shadow_nodes(text: str) -> int | str:
+    """Return a number of nodes of shadows, or auto."""
+    return text if text == "auto" else made(lambda: checked_shadow_nodes(count(text, "nodes")))
 
 
 def zoom(text: str) -> float:

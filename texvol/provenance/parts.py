@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from texvol.rendering.settings import Settings, checked_interpolation, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.isosurfaces import Isosurface
-from texvol.scene.lighting import Light, Lighting
+from texvol.scene.lighting import SHADOW_NODES, Light, Lighting, checked_shadow_nodes
 from texvol.scene.measures.measure import Measure
 from texvol.scene.refinement import REFINEMENTS
 from texvol.scene.transfer import TransferFunction
@@ -65,6 +65,7 @@ def settings(content: Any) -> dict[str, Any]:
     checked_target(found.get("target_format", "auto"))
     if found.get("texture_refinement", 1) not in REFINEMENTS:
         raise InputError(f"texture_refinement must be 1, 2 or 4, got {quoted(found['texture_refinement'])}")
+    checked_shadow_nodes(found.get("shadow_nodes", SHADOW_NODES))
     if found.get("slicing", "stacks") not in SLICINGS:
         raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
     checked_interpolation(found.get("interpolation", "auto"))

@@ -22,7 +22,9 @@ from texvol.formats.pictures.scene_metadata import ATTRIBUTE, scene_metadata
 from texvol.pytest_plugin import plain_slabs
 from texvol.pytest_plugin.candidates import Candidate, Maker
 from texvol.rendering import error_control
+from texvol.rendering.shadow_error import error_of_nodes, in_shadow
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.lighting import SHADOW_NODES
 from texvol.scene.refinement import refined_scene
 from texvol.util.errors import InputError, missing_extra
 
@@ -188,15 +190,21 @@ def _rounding(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapp
 
 
 def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], maker: Maker) -> float:
-    """Return the change of the whole picture from slabs half as thick, drawn without rounding.
+    """Return the change of the whole picture from slabs half as thick, and that by more nodes of shadows.
 
-    The candidate's own renderer is not used: its estimates grow with its mistakes.
+    All are drawn without rounding. The candidate's own renderer is not used: its estimates grow with its mistakes.
     """
     exact: dict[str, Any] = {"texture_format": "rgba32f", "target_format": "rgba32f", "early_termination": 0.0}
     renderer, thickness = maker.renderer(), settings["slab_thickness"]
-    coarse = renderer.render(scene, candidate.size, slab_thickness=thickness, **exact)
+    nodes = settings.get("shadow_nodes", SHADOW_NODES)
+
+    def drawn(nodes: int) -> NDArray[np.float32]:
+        return renderer.render(scene, candidate.size, slab_thickness=thickness, shadow_nodes=nodes, **exact)
+
+    of_nodes = error_of_nodes(drawn, nodes) if in_shadow(scene) else 0.0
+    exact["shadow_nodes"] = nodes
     finer = renderer.render(error_control.reference_for(scene), candidate.size, slab_thickness=thickness / 2, **exact)
-    return error_control.estimate(coarse, finer, 1, error_control.rounding_of(scene))
+    return error_control.estimate(drawn(nodes), finer, 1, error_control.rounding_of(scene)) + of_nodes
 
 
 def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:

@@ -45,7 +45,7 @@ from texvol.ray_casting.common.rays import (
     transformed,
 )
 from texvol.ray_casting.plain import tracer as plain
-from texvol.scene.lighting import casts_shadows
+from texvol.scene.lighting import casts_shadows, checked_shadow_nodes
 from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
@@ -67,6 +67,7 @@ def raycast(
     size: AnySize = (512, 512),
     *,
     texture_refinement: int = 1,
+    shadow_nodes: int | None = None,
     tell: Tell = lambda fraction: None,
 ) -> NDArray[np.float64]:
     """Return the exact picture of a scene, shape (height, width, 4), to about 1e-9.
@@ -84,6 +85,9 @@ def raycast(
     texture_refinement : 1, 2 or 4
         The medium of the classifications slab and extinction is that of a grid so many times finer, as in
         `Renderer.render`.
+    shadow_nodes : int, optional
+        Shadows are interpolated between so many nodes along the longest edge of the box, as in `Renderer.render`.
+        Without it they are exact, to about 1e-6.
     tell : callable
         Is told again and again what fraction of the pixels is there.
 
@@ -93,7 +97,11 @@ def raycast(
         If the size is not at least one pixel in each direction, or the grid of the scene cannot be refined.
     """
     scene.check_size(size := checked_size(size))
-    return _timed(refined_scene(scene.completed(size), texture_refinement), size, lambda array: array, tell)
+    refined = refined_scene(scene.completed(size), texture_refinement)
+    if shadow_nodes is not None:
+        scene.check_unchanged()
+        return _drawer(refined, size, checked_shadow_nodes(shadow_nodes))(lambda array: array, tell)
+    return _timed(refined, size, lambda array: array, tell)
 
 
 def raycast_pixels(
@@ -193,6 +201,7 @@ def _kind_of(scene: Scene) -> tuple[object, ...]:
     masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
     graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient
     lit = (scene.lighting is not None, scene.depth_cue is not None, graded, scene.cutting.caps)
+    lit += (casts_shadows(scene.lighting),)
     before = scene.classification in ("slab", "extinction")
     return (scene.mode, before, volumes, masks, lit, tuple(type(each) for each in scene.geometry))
 
@@ -202,13 +211,13 @@ def seconds_per_pixel(scene: Scene) -> float | None:
     return _PACE.get(_kind_of(scene))
 
 
-def _drawer(scene: CompleteScene, size: tuple[int, int]) -> Draw:
+def _drawer(scene: CompleteScene, size: tuple[int, int], shadow_nodes: int | None = None) -> Draw:
     """Return the function that draws chosen pixels, and tells what fraction of them is done."""
     if scene.mode != "composite":
         from texvol.ray_casting.projection.pictures import project
 
         return partial(project, scene, size)
-    return partial(_draw, scene, size, tracer_for(scene))
+    return partial(_draw, scene, size, tracer_for(scene, shadow_nodes))
 
 
 def _draw(scene: CompleteScene, size: tuple[int, int], trace: Trace, choose: Choose, tell: Tell) -> Numbers:
@@ -270,50 +279,29 @@ def _put_behind(light: Numbers, depth: Numbers, picture: Numbers) -> None:
     picture[..., 3] += depth
 
 
-def tracer_for(scene: CompleteScene) -> Trace:
+def tracer_for(scene: CompleteScene, shadow_nodes: int | None = None) -> Trace:
     """Return the function that traces rays through the volumes of a scene, without geometry and caps.
+
+    Shadows are exact, or interpolated between `shadow_nodes` along the longest edge of the box.
 
     `lit` and `several` are imported, and compiled, when the first scene needs them.
     """
     volume = scene.volume
     if scene.added or scene.mask is not None or volume.nearest or volume.colors is not None:
+        from texvol.ray_casting.lit.shadows import shadows_in
         from texvol.ray_casting.several import tracer as several
 
         # Rays are found from the first volume's centre, which may be far from the other volumes.
         farthest = np.abs(scene.camera.eye) + np.abs(volume.centre)
         roundings = np.stack([position_rounding(each, farthest) for each in scene.volumes])
-        return several.tracer(scene, roundings, light_transmittances(scene))
+        return several.tracer(scene, roundings, shadows_in(scene, shadow_nodes, tracer_for))
     rounding = position_rounding(volume, scene.camera.eye)
     if scene.lighting is not None or scene.depth_cue is not None or scene.medium.needs_gradient:
         from texvol.ray_casting.lit import tracer as lit
+        from texvol.ray_casting.lit.shadows import shadows_in
 
-        return lit.tracer(scene, rounding, light_transmittances(scene)[0])
+        return lit.tracer(scene, rounding, shadows_in(scene, shadow_nodes, tracer_for))
     return plain.tracer(scene, rounding)
-
-
-def light_transmittances(scene: CompleteScene) -> list[Numbers]:
-    """Return, for each volume, the transmittance of the lights that cast shadows, see `lit.shadows`.
-
-    The arrays have the shape (lights, z, y, x) of the nodes in the volume's box. Each volume casts shadows on all.
-    """
-    from texvol.ray_casting.lit.shadows import NO_LIGHTS, casting_scene, transmittance_at_nodes
-
-    lighting = scene.lighting
-    if lighting is None or not casts_shadows(lighting):
-        return [NO_LIGHTS for _ in scene.volumes]
-    casting = casting_scene(scene)
-    trace = tracer_for(casting)
-
-    def depths(origins: Numbers, directions: Numbers) -> Numbers:
-        picture = np.zeros((*origins.shape[:2], 4))
-
-        def trace_rows(rows: slice) -> None:
-            trace(rays_of(casting, origins[rows], np.ascontiguousarray(directions[rows])), picture[rows])
-
-        over_rows(trace_rows, picture.shape)
-        return picture[..., 3]
-
-    return [transmittance_at_nodes(lighting, volume, depths) for volume in scene.volumes]
 
 
 def _thin_ends(scene: Scene, rays: Rays) -> Numbers:

@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering.visible_rays import visible_rays
 from texvol.scene.large_volume import LargeVolume
+from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -51,7 +52,8 @@ _MARCHED = 4.0  # factor of the error that marching estimates for itself
 _ORACLE = 1e-9  # error of the oracle
 _STEPS = 2048  # along each ray; together with the rays that are asked for some 50 ms
 _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through most of its range in a voxel
-_OF_A_CELL, _OF_A_LIT_CELL = 1e-7, 3e-7  # seconds of the oracle for one of the cells across a volume, on two cores
+# Seconds of the oracle for one of the cells across a volume, on two cores.
+_OF_A_CELL, _OF_A_LIT_CELL, _OF_A_CELL_IN_SHADOW = 1e-7, 3e-7, 5e-6
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 Numbers = NDArray[np.float64]
@@ -148,9 +150,9 @@ def check_picture(
 
 def seconds_of_oracle(scene: Scene, pixels: int) -> float:
     """Return about how long the oracle takes for so many pixels on two cores."""
-    lit = scene.lighting is not None and scene.mode == "composite"
-    across = float(np.linalg.norm(scene.volume.dimensions))
-    return pixels * across * (_OF_A_LIT_CELL if lit else _OF_A_CELL)
+    lit, across = scene.lighting is not None and scene.mode == "composite", np.linalg.norm(scene.volume.dimensions)
+    of_a_lit_cell = _OF_A_CELL_IN_SHADOW if casts_shadows(scene.lighting) else _OF_A_LIT_CELL
+    return float(pixels * across * (of_a_lit_cell if lit else _OF_A_CELL))
 
 
 def _held(

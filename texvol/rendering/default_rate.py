@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
 from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, Settings
+from texvol.rendering.shadow_error import ShadowError
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.slabs import slabs_crossed_about
@@ -85,15 +86,19 @@ class DefaultRate:
         return replace(settings, slab_thickness=settings.slab_thickness / rate)
 
     def estimated(self, scene: CompleteScene, size: Size, settings: Settings, seconds: float) -> float | None:
-        """Return an estimate of the error of a picture, from two small ones; None if they would take long.
+        """Return an estimate of the error of the last picture, from two small ones; None if they would take long.
+
+        Two more tell what is by shadows.
 
         `seconds` is what the picture took. Texels of `slab` are baked for the slabs, and parts of a store for a size.
         """
         made_anew = scene.classification == "slab" or isinstance(scene.volume, LargeVolume)
-        if made_anew and seconds > _PATIENCE:
+        if self.estimate is None and made_anew and seconds > _PATIENCE:
             return None
+        small = _small(size)
         try:
-            return self._error(scene, _small(size), settings)
+            by_slabs = self._error(scene, small, settings) if self.estimate is None else self.estimate
+            return by_slabs + ShadowError(self._draw, scene, small, settings).at(settings.shadow_nodes)
         except InputError:
             return None
 

@@ -100,10 +100,11 @@ def frame_of(
 
 def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Kept:
     """Return the choices of the picture that was drawn last."""
-    kept: dict[str, Any] = {"texture_refinement": renderer.settings["texture_refinement"]}
+    names = ("texture_refinement", "shadow_nodes")
+    kept: dict[str, Any] = {name: renderer.settings[name] for name in names}
     estimate = {}
     if accuracy.get("max_error") is not None:
-        names = ("texture_format", "target_format", "early_termination", "texture_refinement")
+        names = ("texture_format", "target_format", "early_termination")
         kept |= {"max_error": None, "of": "own", "level_error": renderer.settings.get("level_error")}
         kept |= {name: renderer.settings[name] for name in names}
         kept["interpolation"] = renderer.settings.get("interpolation", "driver")

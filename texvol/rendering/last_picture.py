@@ -9,6 +9,7 @@ from texvol.opengl.texture_store import Stopwatch
 from texvol.rendering import checking, error_control
 from texvol.rendering.classification import Classified
 from texvol.rendering.error_control import ByTiles
+from texvol.rendering.late_estimate import Estimates
 from texvol.rendering.picture import Drawn
 from texvol.rendering.settings import Settings, arguments_of
 from texvol.scene.scene import CompleteScene, Scene
@@ -24,8 +25,7 @@ class LastPicture:
         self._last: tuple[CompleteScene, Size, Settings] | None = None
         self._by_tiles: ByTiles = None, ()
         self._stats: dict[str, Any] = {}
-        self._estimate: float | None = None  # of its error, once it is known
-        self._model_error: float | None = None  # of its medium, beside that of post, likewise
+        self._estimates = Estimates()
         self._is_of_post = False  # True if it was checked against the integral of post
         self._check: checking.Check | None = None
         self._drawn: Drawn | None = None
@@ -35,12 +35,13 @@ class LastPicture:
     @property
     def last(self) -> Drawn | None:
         """Scene and settings of the last picture, while its report can be found: until the renderer is closed."""
-        return None if self._context.released and self._estimate is None else self._drawn
+        return None if self._context.released and self._estimates.error is None else self._drawn
 
     @property
     def estimate(self) -> float | None:
         """Estimated error of the last picture if an error was requested; nothing is drawn to find it."""
-        return error_control.if_finite(checking.at_least(self._estimate, None if self._is_of_post else self._check))
+        found = checking.at_least(self._estimates.error, None if self._is_of_post else self._check)
+        return error_control.if_finite(found)
 
     @property
     def check(self) -> checking.Check | None:

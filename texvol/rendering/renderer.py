@@ -25,12 +25,13 @@ from texvol.rendering.error_search import ErrorSearch, of_passes, searched
 from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.interpolation import settled_interpolation
 from texvol.rendering.last_picture import LastPicture
-from texvol.rendering.late_estimate import estimates
+from texvol.rendering.late_estimate import Estimates, estimates
 from texvol.rendering.model_error import AskedOfModel
 from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
 from texvol.rendering.settings import Settings, checked_slicing, numbers_asked_for, settings_asked_for
+from texvol.rendering.shadow_error import Nodes, checked_asked, nodes_for_error
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
@@ -40,7 +41,6 @@ from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.turning import views_around
 from texvol.slicing.slabs import Slicing
-from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError, NoRoomError
 from texvol.util.numbers import AnyNumber, checked_count
 
@@ -93,7 +93,6 @@ class Renderer(LastPicture):
         self._chooser = ClassificationChooser(self._draw, self._exactly, self._budget, self._watch)
         self._notes: dict[float, tuple[dict[str, float], int]] = {}  # seconds and bricks, by thickness
         self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
-        self._quick_estimate: float | None = None  # of the last picture's error, by the choice of its rate
         self._error_search = ErrorSearch(self._noted, self._exactly, self._pictures_of)
 
     def render(
@@ -110,6 +109,7 @@ class Renderer(LastPicture):
         skip_empty: bool = True,
         slicing: Slicing = "stacks",
         texture_refinement: int | str | None = None,
+        shadow_nodes: int | str | None = None,
         of: str = "own",
         level: int | str = "auto",
         level_error: AnyNumber | None = None,
@@ -153,6 +153,9 @@ class Renderer(LastPicture):
             of post. "auto" refines where it shows beside the slabs' error, a quarter of the textures' memory has room,
             and texels take at most some 0.3 seconds. By default 1; "auto" if a scene of classification auto is drawn
             by slab.
+        shadow_nodes : int or "auto", optional
+            Nodes along the longest edge of the box, 4 to 512, between which shadows are interpolated: 64 by default.
+            "auto", the default with `max_error`, doubles them, to 256 at most: see `shadow_error.nodes_for_error`.
         level : int or "auto"
             Level of a `LargeVolume` that is drawn, 0 the finest. "auto" is as fine as pixels can show, and no farther
             apart than slabs whose thickness was asked for; or by `level_error`.
@@ -189,36 +192,33 @@ class Renderer(LastPicture):
         ending, level_error = numbers_asked_for(early_termination=early_termination, level_error=level_error)
         formats = texture_format, target_format
         settings = settings_asked_for(scene, rates, formats, ending, skip_empty, slicing, interpolation)
-        asked = AskedOfModel(texture_refinement, max_error := rates[2], of)
+        asked, asked_nodes = AskedOfModel(texture_refinement, max_error := rates[2], of), checked_asked(shadow_nodes)
         with self._context:
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures, complete, asked = self._pictures_of(scene), scene.completed(size), asked.settled(self.chosen)
         checked_slicing(slicing, complete, self._compositor.pipeline)
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
-        self._stats, self._notes, self._estimate, self._model_error, self._check = {}, {}, None, None, None
+        self._stats, self._notes, self._estimates, self._check = {}, {}, Estimates(), None
         self._unrefined, self.drawn_scene, self._is_of_post, self._by_tiles = complete, scene, of == "post", (None, ())
         with self._context:
-            factor, own_error = asked.refinement(complete, size, settings, self._budget, self._exactly)
+            factor, error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
+            nodes = nodes_for_error(self._exactly, complete, size, settings, asked_nodes, error)
+            settings = replace(settings, shadow_nodes=nodes.count)
             settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
-            if own_error is not None:
-                # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
-                settings = replace(settings, texture_format="rgba32f") if texture_format == "auto" else settings
-                settings, own_error = self._interpolated(complete, size, settings, own_error, interpolation)
-                choice = self._error_search.choose(complete, size, settings, own_error - (settings.level_error or 0.0))
-                settings = replace(settings, slab_thickness=choice.slab_thickness)
-                picture, self._estimate = choice.picture, choice.estimated_error + (settings.level_error or 0.0)
-                self._watch.seconds, pictures.bricks_drawn = of_passes(self._notes, choice)
-                self._by_tiles = (own_error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
+            if error is not None:
+                choice, settings = self._chosen(complete, size, settings, nodes, interpolation)
+                picture = choice.picture
+                self._by_tiles = (error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
             if max_error is None or repeat > 1:
                 picture = self._draw(complete, size, settings, repeat)
-        self._last, self._quick_estimate = (complete, size, settings), self._default_rate.estimate
+        self._last = complete, size, settings
         picture = picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
         checking.warn_of_lost_digits(pictures.lost_digits)
         if check is not None or max_error is not None:
             with self._watch.timed("check"):
-                against = asked.truth(self._unrefined, complete), check, max_error, self._estimate, self._oracle
+                against = asked.truth(self._unrefined, complete), check, max_error, self._estimates.error, self._oracle
                 self._check = checking.held_against_oracle(picture, *against)
         return self._known(picture, size)
 
@@ -277,10 +277,11 @@ class Renderer(LastPicture):
         """Return the estimated error of the last picture, by two small pictures if need be; None if it takes long."""
         if self.estimate is not None or self._last is None or self._last[0].mode in NUMBER_MODES:
             return self.estimate
-        if self._quick_estimate is None and not self._context.released:
+        if self._estimates.quick is None and not self._context.released:
             with self._context:
-                self._quick_estimate = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
-        return error_control.if_finite(checking.at_least(self._quick_estimate, self._check))
+                found = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
+                self._estimates = self._estimates._replace(quick=found)
+        return error_control.if_finite(checking.at_least(self._estimates.quick, self._check))
 
     def close(self) -> None:
         """Release everything on the device; closing twice is allowed."""
@@ -318,14 +319,24 @@ class Renderer(LastPicture):
         self._notes[settings.slab_thickness] = dict(self._watch.seconds), self._pictures_of(scene).bricks_drawn
         return picture
 
-    def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
-        """Draw a reference: float32 throughout, no ray ended early and no slab drawn whole that the box cuts short.
+    def _chosen(
+        self, scene: CompleteScene, size: Size, settings: Settings, nodes: Nodes, interpolation: str
+    ) -> tuple[error_control.Choice, Settings]:
+        """Choose slabs for what levels, nodes and weights leave of the error, and note what is known."""
+        of_levels = settings.level_error or 0.0
+        if settings.texture_format == "auto":
+            # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
+            settings = replace(settings, texture_format="rgba32f")
+        settings, left = self._interpolated(scene, size, settings, nodes.left or 0.0, interpolation)
+        choice = self._error_search.choose(scene, size, settings, left - of_levels)
+        total = choice.estimated_error + of_levels + (nodes.error or 0.0)
+        self._estimates = Estimates(error=total, of_shadows=nodes.error)
+        self._watch.seconds, self._pictures_of(scene).bricks_drawn = of_passes(self._notes, choice)
+        return choice, replace(settings, slab_thickness=choice.slab_thickness)
 
-        So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
-        """
-        exact = replace(settings, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
-        exact = replace(exact, interpolation=self._finest_interpolation)
-        return self._draw(scene, size, replace(exact, slicing="stacks"))
+    def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
+        """Draw a reference, see `Settings.exact`, interpolated by the shader where the driver's weights are coarse."""
+        return self._draw(scene, size, replace(settings.exact, interpolation=self._finest_interpolation))
 
     def _interpolated(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, interpolation: str
@@ -350,17 +361,9 @@ class Renderer(LastPicture):
         passes = self._by_tiles[1] or ((settings.slab_thickness, None),)
         with nullcontext() if (released := self._context.released) else self._context:
             metadata |= sampled_slabs(None if released else pictures.count, scene, size, settings, passes)
-        estimated = self._estimated_error(scene, size, settings)
-        estimate = checking.at_least(estimated, None if self._is_of_post else self._check)
-        metadata["estimated_error"] = error_control.if_finite(estimate)
-        metadata["estimated_model_error"] = error_control.if_finite(self._model_error)
+        if not released:
+            with self._context, suppress(NoRoomError):
+                how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
+                self._estimates = estimates(pictures, *how, self._estimates)
+        metadata |= {"estimated_error": self.estimate} | self._estimates.metadata
         return metadata | ({"check": self._check.metadata} if self._check else {})
-
-    def _estimated_error(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
-        """Return the estimate from the choice of thickness, or from thinner slabs in a sixteenth of the pixels."""
-        if self._context.released:
-            return self._estimate
-        with self._context, suppress(NoRoomError):
-            how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings, self._estimate
-            self._estimate, self._model_error = estimates(self._pictures_of(scene), *how)
-        return self._estimate

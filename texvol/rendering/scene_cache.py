@@ -53,7 +53,7 @@ class SceneCache:
         with self.watch.timed("bake"):
             each_alone = zip(self.volumes, scenes, strict=True)
             scenes = tuple(cache.coarser_scene(alone, scene, settings) for cache, alone in each_alone)
-            shadows = self._shadows.prepare(scenes, settings.slab_thickness)
+            shadows = self._shadows.prepare(scenes, settings.slab_thickness, settings.shadow_nodes)
             each_with = list(zip(scenes, self.volumes, shadows, strict=True))
             for alone, cache, shadow in each_with:
                 light = shadow.transmittance if shadow else None

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.lighting import SHADOW_NODES
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import SLICINGS, Slicing
 from texvol.textures.slab_texture import TEXEL_FORMATS
+from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber, checked_number
 
@@ -33,12 +35,22 @@ class Settings:
     skip_empty: bool
     slicing: str = "stacks"
     texture_refinement: int = 1  # texels along an axis for a sample
+    shadow_nodes: int = SHADOW_NODES  # with a light transmittance, along the longest edge of the box
     level: int = 0  # of a large volume
     coarser_by_pixels: bool | None = None  # True if parts of it are as coarse as pixels show; `level` is the finest
     level_error: float | None = None  # that coarser levels of its parts may have
     # Rectangles of the picture that are drawn, (x, y, width, height) in pixels from below, if not all of it is.
     regions: tuple[tuple[int, int, int, int], ...] | None = None
     interpolation: str | None = None  # "shader" if eight texels are fetched for each sample; None: the driver's
+
+    @property
+    def exact(self) -> Settings:
+        """Settings of a reference: float32 throughout, no ray ended early, no slab drawn whole that the box cuts short.
+
+        So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
+        """
+        formats = {"texture_format": REFERENCE, "target_format": "rgba32f"}
+        return replace(self, **formats, early_termination=0.0, slicing="stacks")
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""

@@ -11,6 +11,7 @@ from texvol.rendering.error_control import Passes
 from texvol.rendering.modelled import modelled
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
+from texvol.rendering.shadow_error import in_shadow
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.slabs import slab_stacks, slabs_crossed
@@ -50,6 +51,7 @@ def described_alike(
         "slicing": settings.slicing,
         "interpolation": settings.interpolation or "driver",
         "texture_refinement": settings.texture_refinement,
+        "shadow_nodes": settings.shadow_nodes if in_shadow(scene) else None,
         "early_termination": settings.early_termination,
         "modelled": modelled(scene),
     }

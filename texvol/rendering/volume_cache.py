@@ -90,7 +90,7 @@ class VolumeCache:
             texture_format = self._chosen[1]
         if texture_format == REFERENCE and scene.classification in ("slab", "extinction"):
             texture_format = "rgba32f"
-        texels = _texels(scene, thickness, texture_format)
+        texels = _texels(scene, settings, texture_format)
         whole = settings.slicing == "wilson"
         recipe = (*texels, scene.medium, scene.classification, texture_format, scene.mode, f"{scene.isovalues}", whole)
         if self.baked is None or not same(self._recipe, recipe):
@@ -180,13 +180,15 @@ def shown_of(scene: CompleteScene) -> tuple[Shown, int]:
     return scene.medium, scene.gradient.reach if scene.medium.needs_gradient else 0
 
 
-def _texels(scene: CompleteScene, thickness: float, texture_format: str) -> tuple[Any, ...]:
+def _texels(scene: CompleteScene, settings: Settings, texture_format: str) -> tuple[Any, ...]:
     """Cache key of a scene's texels, without the storage of values."""
     gradient = (repr(scene.gradient),) if scene.needs_gradient else ()
     if scene.classification in ("slab", "extinction"):
         # Shadows are cast through parts of the slabs' thickness.
-        baked_for = thickness if scene.classification == "slab" or casts_shadows(scene.lighting) else 0.0
+        in_shadow = casts_shadows(scene.lighting)
+        baked_for = settings.slab_thickness if scene.classification == "slab" or in_shadow else 0.0
         medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format)
+        medium += (settings.shadow_nodes,) if in_shadow else ()
         return (*medium, *gradient, seen_from(scene)) if gradient else medium
     return (scene.volume, scene.mask, *gradient)
 

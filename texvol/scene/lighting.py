@@ -12,10 +12,10 @@ change the emission q of a medium of extinction τ to q D + τ S: straight colou
 two-sided, N is turned to the side of the eye, N·V >= 0. Where w is 0 the gradient is noise, and the medium is lit
 evenly from all sides.
 
-Shadows: the fraction T_i(x + b L_i) of light i reaches a position x, unless it is the head light. T_i is the
-transmittance of the post-classified medium from the `shadow_nodes` of the box to the light, trilinear between nodes.
-b is 1.5 times the distance between nodes, or between samples if that is larger, so that no surface lies in its own
-shadow.
+Shadows: the fraction T_i(x + b L_i) of light i reaches a position x, unless it is the head light. T_i(y) is the
+transmittance of the post-classified medium from y to the light, along the ray between them. The bias b is a 43rd of the
+longest edge of the box, or 1.5 times the smallest spacing if that is larger, so that no surface lies in its own shadow.
+A picture takes T_i from the `shadow_nodes` of the box, trilinear between them; b does not depend on their number.
 
 A depth cue mixes the emission with a colour by depth (`DepthCue`): black and strength 1 is depth-only shading (Herman,
 Liu 1979). It needs no gradient.
@@ -41,8 +41,9 @@ Triple = tuple[float, float, float]
 # Fraction of the range of values per smallest spacing: 2.5 levels of 8 bits, about quantisation and weak noise.
 _FADE = 0.01
 MOST_CASTING = 4  # lights whose shadows one texel holds
-_MOST_NODES, _LEAST_NODES = 64, 4  # along an edge of the box
-_NODES_AWAY = 1.5
+SHADOW_NODES = 64  # along the longest edge of the box, unless another number is asked for
+_LEAST_NODES, _MOST_NODES = 4, 512
+_BIAS = 1.5  # in 64ths of the longest edge, the distance of the usual nodes, or in smallest spacings
 _FARTHEST = 1e15  # in radii of the box: lights beyond it come from one direction
 MOST = 1e30  # largest number in a shader: its product with a number of the scene is a float32
 
@@ -201,17 +202,34 @@ class DepthCue:
         return near, max(far, near + 1e-6 * volume.radius)
 
 
-def shadow_nodes(volume: Volume) -> tuple[int, int, int]:
-    """Numbers (x, y, z) of nodes with a light transmittance, each in the middle of an equal part of the box."""
+def checked_shadow_nodes(shadow_nodes: int) -> int:
+    """Return the number of nodes along the longest edge of the box.
+
+    Raises
+    ------
+    InputError
+        If there can't be so many.
+    """
+    whole = isinstance(shadow_nodes, int | np.integer) and not isinstance(shadow_nodes, bool)
+    if not whole or not _LEAST_NODES <= shadow_nodes <= _MOST_NODES:
+        raise InputError(f"shadow nodes must be a number from {_LEAST_NODES} to {_MOST_NODES}, got {shadow_nodes!r}")
+    return int(shadow_nodes)
+
+
+def shadow_nodes(volume: Volume, most: int = SHADOW_NODES) -> tuple[int, int, int]:
+    """Numbers (x, y, z) of nodes with a light transmittance, each in the middle of an equal part of the box.
+
+    `most` is the number along the longest edge.
+    """
     edges = np.linalg.norm(volume.box_edges, axis=0)
-    x, y, z = np.clip(np.rint(_MOST_NODES * edges / edges.max()), _LEAST_NODES, _MOST_NODES).astype(int)
+    x, y, z = np.clip(np.rint(most * edges / edges.max()), _LEAST_NODES, most).astype(int)
     return int(x), int(y), int(z)
 
 
 def shadow_distance(volume: Volume) -> float:
-    """Distance towards the light at which the transmittance is looked up, in world units."""
-    nodes_apart = float(np.linalg.norm(volume.box_edges, axis=0).max()) / _MOST_NODES
-    return _NODES_AWAY * max(nodes_apart, volume.smallest_spacing)
+    """Bias: distance towards the light at which the transmittance is looked up, in world units."""
+    part = float(np.linalg.norm(volume.box_edges, axis=0).max()) / SHADOW_NODES
+    return _BIAS * max(part, volume.smallest_spacing)
 
 
 def unit(vector: Sequence[float]) -> NDArray[np.float64]:

@@ -17,7 +17,7 @@ from texvol.window.scene_writing import scene_files, transfer_function_path
 # Without these options `texvol render` makes the same choices as the window.
 _OPTIONS = (
     *("slab-thickness", "sampling-rate", "max-error"),
-    *("texture-format", "target-format", "early-termination", "slicing", "texture-refinement"),
+    *("texture-format", "target-format", "early-termination", "slicing", "texture-refinement", "shadow-nodes"),
 )
 
 

@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from texvol.ray_casting.common.compiling import woven_in
 from texvol.ray_casting.common.medium import Medium, medium_of
 from texvol.ray_casting.common.rays import Rays, centre_from, middle_of, transformed
+from texvol.ray_casting.lit.panels import Panels
 from texvol.ray_casting.lit.roots import HIGHEST_DEGREE, ROW, STACK_ROWS
+from texvol.ray_casting.lit.shadows import LightField
 from texvol.scene.camera import Camera
 from texvol.scene.gradient import gradients
-from texvol.scene.lighting import DepthCue, Lighting, shadow_distance, unit
+from texvol.scene.lighting import DepthCue, Lighting, unit
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -31,6 +33,7 @@ _LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
 NODE_COUNT = 5  # see `collocation`
 MOST_LEVELS = 200  # halvings of an interval of large optical depth
 INTERVAL = 4  # numbers of an interval: optical depth and light
+NO_PANELS = np.zeros((0, 2))
 
 Numbers = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -48,6 +51,8 @@ class Lights(NamedTuple):
     two_sided: bool
     fade: float  # kernel units
     transmittance: Numbers  # of the lights that cast shadows, at the nodes of the box: shape (lights, z, y, x)
+    panels: Numbers  # or along the rays, see `panels.Panels`
+    column: int  # of the panels' values, the volume's first; BY_NODES if the nodes count
     box_from_world: Numbers  # world to fractions of the box edges, (3, 4)
     shadow_distance: float
     analytic: bool  # True if every kink of the light on a ray is cut: no shadows between nodes, no light near by
@@ -127,12 +132,12 @@ def gradients_of(scene: Scene) -> Gradients:
     return Gradients(none.single, found) if found.dtype == np.float64 else Gradients(found, none.double)
 
 
-def lit_scene(scene: CompleteScene, first: Volume, transmittance: Numbers) -> LitScene:
+def lit_scene(scene: CompleteScene, first: Volume, shadows: LightField) -> LitScene:
     """Return a scene of one volume as arrays; positions are relative to the centre of `first`."""
     volume, camera, transfer = scene.volume, scene.camera, scene.medium
     factor = _gradient_factor(volume)
     from_world = volume.smallest_spacing * factor  # kernel units from data units per world unit
-    lights = _lights(scene.lighting, volume, first, from_world, transmittance)
+    lights = _lights(scene.lighting, volume, first, from_world, shadows)
     modulation = np.array(np.zeros((0, 2)) if transfer.modulation is None else transfer.modulation, np.float64)
     modulation[:, 0] *= from_world
     graded = _graded(transfer, from_world)
@@ -172,13 +177,12 @@ def _gradient_factor(volume: Volume) -> float:
     return 2.0 ** -frexp(half_range)[1] if half_range > 0 else 1.0
 
 
-def _lights(
-    lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, transmittance: Numbers
-) -> Lights:
+def _lights(lighting: Lighting | None, volume: Volume, first: Volume, from_world: float, shadows: LightField) -> Lights:
     axes = volume.index_from_world / np.array(volume.dimensions)[:, np.newaxis]
     to_box = np.column_stack([axes, 0.5 - axes @ centre_from(first, volume)])
     if lighting is None:
-        return Lights(np.zeros((0, 9)), 0.0, 0.0, 0.0, 0.0, False, 1.0, transmittance, to_box, 0.0, True, 0.0)
+        none = np.zeros((0, 9)), 0.0, 0.0, 0.0, 0.0, False, 1.0
+        return Lights(*none, shadows.nodes, NO_PANELS, shadows.column, to_box, 0.0, True, 0.0)
     rows = np.zeros((len(lighting.lights), 9))
     for row, light in zip(rows, lighting.lights, strict=True):
         row[0], row[4:7] = _KINDS[light.kind], light.color
@@ -194,9 +198,11 @@ def _lights(
         float(lighting.shininess),
         bool(lighting.two_sided),
         max(lighting.fade_for(volume) * from_world, _LEAST_FADE),
-        transmittance,
+        shadows.nodes,
+        NO_PANELS,
+        shadows.column,
         to_box,
-        shadow_distance(volume),
+        shadows.distance,
         not (rows[:, 7] >= 0).any() and not (rows[:, 0] == POINT).any(),
         _DARK ** (1 / lighting.shininess) if lighting.shininess > 0 else -2.0,
     )
@@ -235,6 +241,8 @@ class Ray(NamedTuple):
     toward_eye: Triple  # V in the formulas of light, for positions on the ray
     eye: float  # s of the eye
     along: float  # depth along the view per unit of s
+    first_panel: int  # of `Lights.panels`
+    last_panel: int  # the one behind it
 
 
 class Intervals(NamedTuple):
@@ -280,11 +288,20 @@ def workspace_for(most_cuts: int, most_chosen: int) -> Workspace:
     )
 
 
-def world_rays(rays: Rays, volume: Volume, middle: Numbers, camera: Camera) -> Numbers:
-    """Return the 11 numbers of a `Ray` for each of `rays`; `middle` is the index of the centre of the first volume."""
+def world_rays(rays: Rays, volume: Volume, middle: Numbers, camera: Camera, panels: Panels | None) -> Numbers:
+    """Return the 13 numbers of a `Ray` for each of `rays`; `middle` is the index of the centre of the first volume."""
     nearest = transformed(rays.start - middle, volume.world_from_index)
     along = (rays.direction * camera.forward).sum(axis=-1, keepdims=True)
-    return np.concatenate([nearest, rays.direction, -rays.direction, rays.eye[..., np.newaxis], along], axis=-1)
+    numbers = [nearest, rays.direction, -rays.direction, rays.eye[..., np.newaxis], along]
+    ends = np.zeros((*along.shape[:-1], 2)) if panels is None else np.stack([panels.first, panels.end], axis=-1)
+    return np.concatenate([*numbers, ends], axis=-1)
+
+
+@woven_in
+def ray_of(row):
+    """Return the `Ray` of its numbers."""
+    nearest, direction, toward_eye = (row[0], row[1], row[2]), (row[3], row[4], row[5]), (row[6], row[7], row[8])
+    return Ray(nearest, direction, toward_eye, row[9], row[10], int(row[11]), int(row[12]))
 
 
 @woven_in

@@ -17,6 +17,7 @@ from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_a
 from texvol.ray_casting.lit.cuts import find_cuts
 from texvol.ray_casting.lit.shading import (
     FACING,
+    NO_PANEL,
     OPAQUE,
     choose,
     cue_at,
@@ -216,7 +217,7 @@ def medium_of_corner(scene, workspace, cell, corner, tint, weight):
             eye = scene.eye.position
             toward_eye = unit((eye[0] - position[0], eye[1] - position[1], eye[2] - position[2]))
         side = facing(scene.lights, gradient, m, toward_eye)
-        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, position)
+        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, position, NO_PANEL)
     return weight * color[0], weight * color[1], weight * color[2], weight * extinction
 
 

@@ -21,7 +21,7 @@ from texvol.ray_casting.common.bernstein import value_at
 from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, cued
 from texvol.ray_casting.lit.arrays import MOST_LEVELS, NODE_COUNT, position_at
-from texvol.ray_casting.lit.shading import FACING, cue_at, dot, lit, medium_at
+from texvol.ray_casting.lit.shading import FACING, NO_PANEL, cue_at, dot, lit, medium_at, panel_at
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
 NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1
@@ -195,7 +195,8 @@ def shown(scene, ray, color, extinction, gradient, m, side, s):
     """Return the emission at s of the ray, lit and cued; the straight colour if the extinction is 1."""
     if scene.lit:
         position = position_at(ray, s)
-        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, position)
+        panel = panel_at(scene.lights, ray, s) if scene.lights.column >= 0 else NO_PANEL
+        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, position, panel)
     if scene.cued:
         color = cued(scene.cue, color, extinction, cue_at(scene.cue, (s - ray.eye) * ray.along))
     return color

@@ -17,6 +17,7 @@ from texvol.ray_casting.lit.arrays import DIRECTIONAL, HEAD
 # Indices in `chosen`; a point of -1 is none. Two indices for each graded medium follow, then one for each contour.
 LEFT, RIGHT, MODULATION, OPAQUE, FACING, FURTHER = 0, 1, 2, 3, 4, 5
 NONE = -1
+NO_PANEL = -1, 0.0  # see `panel_at`
 SQUARE = 1e-12  # cosine below which a gradient is perpendicular to a direction, before rounding: on neither side
 
 
@@ -140,14 +141,17 @@ def facing(lights, gradient, m, toward_eye):
 
 
 @inlined
-def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
-    """Return the emission of a medium under all lights; the straight colour if the extinction is 1."""
+def lit(lights, color, extinction, gradient, m, side, toward_eye, position, panel):
+    """Return the emission of a medium under all lights; the straight colour if the extinction is 1.
+
+    `panel` is what `panel_at` found for the position.
+    """
     bright = min(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
     diffuse_light, shine_light = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
     for light in range(lights.rows.shape[0]):
         toward_light = unit(toward(lights, light, toward_eye, position))
-        light_color = _color_of_light(lights, light, position, toward_light)
+        light_color = _color_of_light(lights, light, position, toward_light, panel)
         diffuse, specular = 1.0, 0.0
         if w > 0.0:
             cosine = -side * dot(gradient, toward_light) / m
@@ -168,7 +172,7 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position):
 
 
 @woven_in
-def _color_of_light(lights, light, position, toward_light):
+def _color_of_light(lights, light, position, toward_light, panel):
     """Return the colour of a light times its transmittance to a position, and what its distance leaves of it."""
     row = lights.rows[light]
     left = 1.0
@@ -176,9 +180,38 @@ def _color_of_light(lights, light, position, toward_light):
         x, y, z = row[1] - position[0], row[2] - position[1], row[3] - position[2]
         left = row[8] / (sqrt(x * x + y * y + z * z) + row[8])
     if row[7] >= 0.0:
-        near = added(position, scaled(toward_light, lights.shadow_distance))
-        left *= transmittance_at(lights, int(row[7]), near)
+        if lights.column >= 0:
+            left *= _transmittance_along(lights, int(row[7]), panel)
+        else:
+            near = added(position, scaled(toward_light, lights.shadow_distance))
+            left *= transmittance_at(lights, int(row[7]), near)
     return left * row[4], left * row[5], left * row[6]
+
+
+@woven_in
+def panel_at(lights, ray, s):
+    """Return the number of the ray's panel at s, and the place in it, 0 to 1; -1 if the ray has none."""
+    if ray.first_panel == ray.last_panel:
+        return -1, 0.0
+    panels, first, end = lights.panels, ray.first_panel, ray.last_panel
+    while end - first > 1:
+        middle = (first + end) // 2
+        if panels[middle, 0] <= s:
+            first = middle
+        else:
+            end = middle
+    return first, fraction_of(panels[first, 0], panels[first, 1], s)
+
+
+@woven_in
+def _transmittance_along(lights, number, panel):
+    """Return the transmittance of casting light `number` in a panel: the parabola through its three nodes."""
+    if panel[0] < 0:
+        return 1.0
+    t, row, column = panel[1], lights.panels[panel[0]], 2 + lights.column + number
+    apart = (row.size - 2) // 3
+    low, middle, high = row[column], row[column + apart], row[column + 2 * apart]
+    return (1 - t) * (1 - 2 * t) * low + 4 * t * (1 - t) * middle + t * (2 * t - 1) * high
 
 
 @woven_in

@@ -12,18 +12,21 @@ from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.ray_casting.lit.arrays import (
+    NO_PANELS,
     Gradients,
     LitScene,
     Ray,
     Workspace,
     gradients_of,
     lit_scene,
+    ray_of,
     workspace_for,
     world_rays,
 )
 from texvol.ray_casting.lit.cells import cross_postclassified, cross_preclassified, load_cell
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
+from texvol.ray_casting.lit.shadows import Shadows
 from texvol.scene.scene import CompleteScene
 from texvol.util.kept_arrays import read_only
 
@@ -72,8 +75,7 @@ def _tracer(sources):
         starts, steps, ends, picture = uncounted(starts), uncounted(steps), uncounted(ends), uncounted(picture)
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
-                r = rays[row, column]
-                world = Ray((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]), r[9], r[10])
+                world = ray_of(rays[row, column])
                 light = picture[row, column, :3]
                 ray = _Ray(starts[row, column], steps[row, column], world, *volume, light)
                 picture[row, column, 3] = walk_grid(_cross, ray, values.shape, ends[row, column], 0.0)
@@ -84,18 +86,20 @@ def _tracer(sources):
 trace_lit_rays = _tracer(sources())
 
 
-def tracer(scene: CompleteScene, rounding: Numbers, transmittance: Numbers) -> Trace:
-    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
-    lit = lit_scene(scene, scene.volume, transmittance)
+def tracer(scene: CompleteScene, rounding: Numbers, shadows: Shadows) -> Trace:
+    """Return the function that traces rays of a scene, see `position_rounding` and `shadows_in`."""
+    lit = lit_scene(scene, scene.volume, shadows.fields[0])
     values, gradients = read_only(scene.volume.values.astype(np.float64, copy=False)), gradients_of(scene)
     preclassified = scene.classification in ("slab", "extinction")
     most_chosen = FURTHER + 2 * len(scene.medium.graded) + len(scene.medium.contours)
 
     def trace(rays: Rays, picture: Numbers) -> None:
-        in_world = world_rays(rays, scene.volume, lit.middle, scene.camera)
+        panels = shadows.along(rays) if shadows.along else None
+        in_world = world_rays(rays, scene.volume, lit.middle, scene.camera, panels)
+        lights = lit.lights._replace(panels=NO_PANELS if panels is None else panels.rows)
         workspace = workspace_for(most_cuts(lit), most_chosen)
         trace_lit_rays(
-            *(values, gradients, lit, preclassified),
+            *(values, gradients, lit._replace(lights=lights), preclassified),
             *(rays.start, rays.step, rays.ends, in_world, rounding, workspace, picture),
         )
 

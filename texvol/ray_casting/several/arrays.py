@@ -19,6 +19,7 @@ from texvol.ray_casting.common.compiling import inlined, woven_in
 from texvol.ray_casting.common.medium import Medium
 from texvol.ray_casting.common.rays import Numbers
 from texvol.ray_casting.lit.arrays import (
+    NO_PANELS,
     Graded,
     Intervals,
     Lights,
@@ -28,6 +29,8 @@ from texvol.ray_casting.lit.arrays import (
     lit_scene,
     workspace_for,
 )
+from texvol.ray_casting.lit.panels import Panels
+from texvol.ray_casting.lit.shadows import LightField
 from texvol.scene.scene import CompleteScene, Scene
 
 # Order of classification and interpolation: samples are classified first, values are interpolated first, or the
@@ -67,11 +70,10 @@ class Several(NamedTuple):
 
 
 def several(
-    scenes: Sequence[CompleteScene], rounding: Numbers, transmittances: Sequence[Numbers]
+    scenes: Sequence[CompleteScene], rounding: Numbers, shadows: Sequence[LightField]
 ) -> tuple[Several, list[LitScene]]:
     """Return scenes of one volume each as arrays, and the `LitScene` of each; see `several.tracer.tracer`."""
-    parts = zip(scenes, transmittances, strict=True)
-    lit = [lit_scene(scene, scenes[0].volume, transmittance) for scene, transmittance in parts]
+    lit = [lit_scene(scene, scenes[0].volume, field) for scene, field in zip(scenes, shadows, strict=True)]
     volumes = [scene.volume for scene in scenes]
     radius = max(float(np.linalg.norm(each.centre)) + v.radius for each, v in zip(lit, volumes, strict=True))
     together = Several(
@@ -84,6 +86,12 @@ def several(
         same=16 * EPSILON * radius,
     )
     return together, lit
+
+
+def with_panels(together: Several, panels: Panels | None) -> Several:
+    """Return the scenes with the light along some rays."""
+    lights = together.scenes.lights._replace(panels=NO_PANELS if panels is None else panels.rows)
+    return together._replace(scenes=together.scenes._replace(lights=lights))
 
 
 def _kind(scene: Scene) -> int:
@@ -118,6 +126,7 @@ def _stacked_scenes(lit: Sequence[LitScene]) -> Any:
             transmittance=_ragged([each.transmittance.reshape(-1) for each in lights]),
             box_from_world=np.stack([each.box_from_world for each in lights]),
             shadow_distance=np.array([each.shadow_distance for each in lights]),
+            column=np.array([each.column for each in lights]),
         ),
         uses_gradient=np.array([each.uses_gradient for each in lit]),
         gradient_factor=np.array([each.gradient_factor for each in lit]),
@@ -204,6 +213,8 @@ def _lights_of(several, v):
         lights.two_sided,
         lights.fade[v],
         part_of(lights.transmittance, v).reshape((nodes[0], nodes[1], nodes[2], nodes[3])),
+        lights.panels,
+        lights.column[v],
         lights.box_from_world[v],
         lights.shadow_distance[v],
         lights.analytic,

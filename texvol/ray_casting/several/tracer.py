@@ -6,7 +6,6 @@ reaches half a sample to each side of a sample, whose index (i, j, k) names the 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +14,18 @@ from texvol.ray_casting.common.compiling import compiled_and_cached, sources, un
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in, transformed
 from texvol.ray_casting.common.walk import clipped, first_cell, next_cell, walk
-from texvol.ray_casting.lit.arrays import Ray, world_rays
+from texvol.ray_casting.lit.arrays import Ray, ray_of, world_rays
 from texvol.ray_casting.lit.cuts import most_cuts
 from texvol.ray_casting.lit.shading import FURTHER
-from texvol.ray_casting.several.arrays import LABELS, Several, SeveralWorkspace, several, several_workspace
+from texvol.ray_casting.lit.shadows import Shadows
+from texvol.ray_casting.several.arrays import (
+    LABELS,
+    Several,
+    SeveralWorkspace,
+    several,
+    several_workspace,
+    with_panels,
+)
 from texvol.ray_casting.several.cells import cross
 from texvol.scene.scene import CompleteScene
 
@@ -107,8 +114,7 @@ def _tracer(sources):
         progress = workspace.progress
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
-                r = rays[row, column]
-                world = Ray((r[0], r[1], r[2]), (r[3], r[4], r[5]), (r[6], r[7], r[8]), r[9], r[10])
+                world = ray_of(rays[row, column])
                 light = picture[row, column, :3]
                 ray = _Ray(starts[row, column], steps[row, column], world, several, workspace, light)
                 here, last = _find_boxes(ray, ends[row, column], progress)
@@ -120,20 +126,21 @@ def _tracer(sources):
 trace_several_rays = _tracer(sources())
 
 
-def tracer(scene: CompleteScene, rounding: Numbers, transmittances: Sequence[Numbers]) -> Trace:
-    """Return the function that traces rays of a scene, see `position_rounding` and `light_transmittances`."""
+def tracer(scene: CompleteScene, rounding: Numbers, shadows: Shadows) -> Trace:
+    """Return the function that traces rays of a scene, see `position_rounding` and `shadows_in`."""
     scenes, volumes = scene.each_alone(), scene.volumes
-    together, lit = several(scenes, rounding, transmittances)
+    together, lit = several(scenes, rounding, shadows.fields)
     cuts = sum(map(most_cuts, lit))
     most_chosen = max(FURTHER + 2 * len(each.medium.graded) + len(each.medium.contours) for each in scenes)
 
     def trace(rays: Rays, picture: Numbers) -> None:
-        in_world = world_rays(rays, volumes[0], lit[0].middle, scene.camera)
+        panels = shadows.along(rays) if shadows.along else None
+        in_world = world_rays(rays, volumes[0], lit[0].middle, scene.camera, panels)
         # The rays of all volumes come from the same numbers, so that equal grids have equal faces.
         nearest = transformed(rays.start - lit[0].middle, volumes[0].world_from_index)
         of_volumes = [rays_in(volume, volumes[0], nearest, rays.direction) for volume in volumes]
         starts, steps = (np.stack(each, axis=-2) for each in zip(*of_volumes, strict=True))
         workspace = several_workspace(len(volumes), cuts, most_chosen)
-        trace_several_rays(together, starts, steps, rays.ends, in_world, workspace, picture)
+        trace_several_rays(with_panels(together, panels), starts, steps, rays.ends, in_world, workspace, picture)
 
     return trace

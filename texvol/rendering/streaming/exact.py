@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,7 @@ def raycast(
     size: AnySize = (512, 512),
     *,
     texture_refinement: int = 1,
+    shadow_nodes: int | None = None,
     tell: Callable[[float], None] = lambda fraction: None,
 ) -> Numbers:
     """Return the exact picture of a scene: see `texvol.ray_casting.raycast`.
@@ -52,7 +54,8 @@ def raycast(
         width, height = size
         rows, columns = np.divmod(np.arange(width * height), width)
         return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)
-    return ray_casting.raycast(scene.in_memory("the oracle"), size, texture_refinement=texture_refinement, tell=tell)
+    how: dict[str, Any] = {"texture_refinement": texture_refinement, "shadow_nodes": shadow_nodes}
+    return ray_casting.raycast(scene.in_memory("the oracle"), size, **how, tell=tell)
 
 
 def raycast_pixels(
