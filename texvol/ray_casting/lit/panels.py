@@ -48,7 +48,7 @@ class _Some(NamedTuple):
     before: Numbers  # optical depth in front of the panel
 
     def chosen(self, which: NDArray[np.bool_]) -> _Some:
-        return _Some(*(each[which] for each in self))
+        return _Some(self.ray[which], self.ends[which], self.values[which], self.before[which])
 
 
 def panels_along(spans: Numbers, longest: float, most_light: float, view: View, transmittance: Transmittance) -> Panels:
