@@ -50,7 +50,7 @@ class Other:
 _WALKS = tuple(2.0**power for power in range(0, 13))
 OTHERS = (
     Other("pyvista", "pyvista", ("gpu", "fixed_point"), RATES, "", _CHECK_RATE,
-          "VTK's mappers; colours and opacities by a table of 8 bits, pictures of 8 bits"),
+          "VTK's mappers; table and pictures of 8 bits"),
     Other("vispy", "vispy", ("translucent",), RATES, "", _CHECK_RATE,
           "opacities given for each step; rays end at an opacity of 0.99"),
     Other("yt", "yt", ("",), tuple(2.0**power for power in range(9)), "steps a cell", _CHECK_RATE,
