@@ -135,7 +135,7 @@ def front(trials: Iterable[Trial]) -> list[Trial]:
 
 def cells(competitor: Competitor, times: dict[Trial, tuple[float, float]]) -> str:
     """Return a program's row of the table."""
-    note = f"<br>{competitor.note}" if isinstance(competitor, Beside) and not competitor.problem else ""
+    note = f": {competitor.note}" if isinstance(competitor, Beside) and not competitor.problem else ""
     if competitor.problem and not competitor.trials:
         return f"| {competitor.name} | {competitor.problem} |{' |' * len(WANTED)}"
     found = []
