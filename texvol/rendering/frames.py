@@ -100,8 +100,7 @@ def frame_of(
 
 def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Kept:
     """Return the choices of the picture that was drawn last."""
-    names = ("texture_refinement", "shadow_nodes")
-    kept: dict[str, Any] = {name: renderer.settings[name] for name in names}
+    kept: dict[str, Any] = {name: renderer.settings[name] for name in ("texture_refinement", "shadow_nodes")}
     estimate = {}
     if accuracy.get("max_error") is not None:
         names = ("texture_format", "target_format", "early_termination")

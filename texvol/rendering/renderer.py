@@ -201,7 +201,7 @@ class Renderer:
             factor, error = asked.refinement(complete, size, settings, self._budget, self._exactly)
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
             nodes = nodes_for_error(self._exactly, complete, size, settings, asked_nodes, error)
-            settings = replace(settings, shadow_nodes=nodes.count)
+            settings = replace(settings, shadow_nodes=nodes.number)
             settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
             if error is not None:
                 choice, settings = self._chosen(complete, size, settings, nodes)

@@ -46,8 +46,8 @@ class Settings:
 
         So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
         """
-        formats = {"texture_format": REFERENCE, "target_format": "rgba32f"}
-        return replace(self, **formats, early_termination=0.0, slicing="stacks")
+        whole = replace(self, early_termination=0.0, slicing="stacks")
+        return replace(whole, texture_format=REFERENCE, target_format="rgba32f")
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""

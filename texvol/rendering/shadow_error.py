@@ -39,7 +39,7 @@ _RATE = 2.0  # slabs per smallest spacing of pictures that are compared before t
 class Nodes(NamedTuple):
     """Number of nodes, their estimated error if it was needed, and what they leave of a maximum error."""
 
-    count: int
+    number: int
     error: float | None
     left: float | None
 
