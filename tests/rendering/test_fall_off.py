@@ -48,7 +48,8 @@ def test_with_shadows(renderer: Renderer) -> None:
     scene = scene_of(6.0)
     assert scene.lighting is not None
     scene = replace(scene, lighting=replace(scene.lighting, lights=scene.lighting.lights[:1], shadows=True))
-    picture, truth = renderer.render(scene, (9, 8), sampling_rate=64), raycast(scene, (9, 8))
+    truth = raycast(scene, (9, 8), shadow_nodes=64)
+    picture = renderer.render(scene, (9, 8), sampling_rate=64)
     assert np.abs(picture - truth).max() < 1.5e-3
 
 

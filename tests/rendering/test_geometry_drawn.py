@@ -318,7 +318,7 @@ def test_light_on_surfaces_is_that_of_the_oracle(renderer: Renderer, name: str, 
         classification="slab",
     )
     scene = replace(scene, classification="post", depth_cue=None)
-    picture, truth = renderer.render(scene, SIZE), raycast(scene, SIZE)
+    picture, truth = renderer.render(scene, SIZE), raycast(scene, SIZE, shadow_nodes=64)
     # Shadows in the matter are those of parts about as thick as a slab.
     assert np.abs(picture - truth).max() < (2e-3 if name == "shadows" else 2e-5)
     unlit = raycast(replace(scene, geometry=tuple(replace(each, lit=False) for each in geometry)), SIZE)

@@ -200,8 +200,8 @@ def _kind_of(scene: Scene) -> tuple[object, ...]:
     volumes = tuple((each.values.dtype, each.nearest, each.colors is None) for each in scene.volumes)
     masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
     graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient
-    light = (scene.lighting is not None, casts_shadows(scene.lighting))
-    lit = (*light, scene.depth_cue is not None, graded, scene.cutting.caps)
+    lighting = scene.lighting is not None, casts_shadows(scene.lighting)
+    lit = (*lighting, scene.depth_cue is not None, graded, scene.cutting.caps)
     before = scene.classification in ("slab", "extinction")
     return (scene.mode, before, volumes, masks, lit, tuple(type(each) for each in scene.geometry))
 

@@ -49,8 +49,8 @@ class Settings:
 
         So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
         """
-        exact = replace(self, texture_format=REFERENCE, target_format="rgba32f", early_termination=0.0)
-        return replace(exact, slicing="stacks")
+        whole = replace(self, early_termination=0.0, slicing="stacks")
+        return replace(whole, texture_format=REFERENCE, target_format="rgba32f")
 
     def skips(self, scene: Scene) -> bool:
         """True if empty cells are skipped; in pictures of numbers every cell counts."""

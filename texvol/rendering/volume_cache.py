@@ -187,8 +187,8 @@ def _texels(scene: CompleteScene, settings: Settings, texture_format: str) -> tu
         # Shadows are cast through parts of the slabs' thickness.
         in_shadow = casts_shadows(scene.lighting)
         baked_for = settings.slab_thickness if scene.classification == "slab" or in_shadow else 0.0
-        nodes = (settings.shadow_nodes,) if in_shadow else ()
-        medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, texture_format, *nodes)
+        nodes = settings.shadow_nodes if in_shadow else 0
+        medium = (scene.volume, scene.mask, scene.medium, scene.classification, baked_for, nodes, texture_format)
         return (*medium, *gradient, seen_from(scene)) if gradient else medium
     return (scene.volume, scene.mask, *gradient)
 

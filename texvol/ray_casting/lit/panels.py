@@ -65,7 +65,7 @@ def panels_along(spans: Numbers, longest: float, most_light: float, view: View, 
     """
     ray, ends, count = _cut(spans, longest)
     glows = view(ray, ends)
-    before = _before(ray, glows[:, 3])
+    before = _before(ray, glows[:, 3], count)
     # Where there is but one panel it may be as thin as a cap, whose colour is relative to its opacity.
     shows = (_weight(glows, before, most_light) > TOLERANCE / count[ray]) | (count[ray] == 1)
     at = np.stack([ends[:, 0], ends.mean(axis=1), ends[:, 1]], axis=1)
@@ -100,12 +100,13 @@ def _cut(spans: Numbers, longest: float) -> tuple[NDArray[np.int64], Numbers, ND
     return ray, np.stack([first, last], axis=1), count
 
 
-def _before(ray: NDArray[np.int64], depth: Numbers) -> Numbers:
+def _before(ray: NDArray[np.int64], depth: Numbers, count: NDArray[np.int64]) -> Numbers:
     """Return the optical depth in front of each panel, of panels that lie by ray and along each."""
-    total = np.cumsum(np.minimum(depth, _BEHIND))
-    before = total - np.minimum(depth, _BEHIND)
-    begins = np.flatnonzero(np.diff(ray, prepend=-1))
-    return np.asarray(before - np.repeat(before[begins], np.diff(np.append(begins, len(ray)))))
+    place = np.arange(len(ray)) - (np.cumsum(count) - count)[ray]
+    # A sum over all panels would be rounded otherwise among other rays.
+    of_rays = np.zeros((len(count), int(count.max(initial=0))))
+    of_rays[ray, place] = np.minimum(depth, _BEHIND)
+    return np.asarray((np.cumsum(of_rays, axis=1) - of_rays)[ray, place])
 
 
 def _weight(glows: Numbers, before: Numbers, most_light: float) -> Numbers:
