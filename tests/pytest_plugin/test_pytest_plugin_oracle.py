@@ -25,6 +25,7 @@ from texvol.pytest_plugin.candidates import Maker, Request
 from texvol.rendering.error_control import SAFETY
 from texvol.rendering.renderer import Renderer
 from texvol.scene.cutting import ClipPlane
+from texvol.scene.lighting import Light
 from texvol.scene.transfer import TransferFunction
 from texvol.util.errors import InputError
 
@@ -97,6 +98,16 @@ def test_a_right_picture_keeps_the_bound_of_its_scene(name: str, classification:
     # 8-bit weights, which are less than half of that in all these scenes.
     assert outcome.limits.max_abs < 1.5 * SAFETY * outcome.measures.max_error + 1e-5
     assert "plain slabs" in outcome.limits.source
+
+
+def test_the_bound_counts_the_nodes_of_shadows(maker: Maker) -> None:
+    """At few nodes and thin slabs it is their error: without it a right picture would be beyond."""
+    sun = Lighting((Light("directional", (1.0, -2.0, 1.5)),), two_sided=False, shadows=True)
+    scene = Scene(random_volume(3), BONE, classification="post", lighting=sun)
+    outcome = examined(scene, maker, sampling_rate=8, shadow_nodes=16)
+    assert outcome.status == "same" and outcome.measures is not None
+    with patch.object(oracle, "error_of_nodes", return_value=0.0):
+        assert examined(scene, maker, sampling_rate=8, shadow_nodes=16).status == "different"
 
 
 MISTAKES = {

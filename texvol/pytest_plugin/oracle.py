@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -198,13 +199,12 @@ def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], m
     renderer, thickness = maker.renderer(), settings["slab_thickness"]
     nodes = settings.get("shadow_nodes", SHADOW_NODES)
 
-    def drawn(nodes: int) -> NDArray[np.float32]:
+    def drawn(scene: Scene, thickness: float, nodes: int) -> NDArray[np.float32]:
         return renderer.render(scene, candidate.size, slab_thickness=thickness, shadow_nodes=nodes, **exact)
 
-    of_nodes = error_of_nodes(drawn, nodes) if in_shadow(scene) else 0.0
-    exact["shadow_nodes"] = nodes
-    finer = renderer.render(error_control.reference_for(scene), candidate.size, slab_thickness=thickness / 2, **exact)
-    return error_control.estimate(drawn(nodes), finer, 1, error_control.rounding_of(scene)) + of_nodes
+    of_nodes = error_of_nodes(partial(drawn, scene, thickness), nodes) if in_shadow(scene) else 0.0
+    coarse, finer = drawn(scene, thickness, nodes), drawn(error_control.reference_for(scene), thickness / 2, nodes)
+    return error_control.estimate(coarse, finer, 1, error_control.rounding_of(scene)) + of_nodes
 
 
 def _parts_apart(outcome: Outcome, bound: Bound, scale: float) -> Outcome:
