@@ -9,13 +9,15 @@ import glob
 import json
 import os
 from collections.abc import Iterator
-from multiprocessing.connection import Connection
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from texvol.formats.readers.child_process import forked
 from texvol.formats.readers.samples import FileFault
 from texvol.util import reach
 from texvol.util.errors import missing_extra
+
+if TYPE_CHECKING:
+    from multiprocessing.connection import Connection
 
 _MOST_LINKS, _MOST_FILES = 10**6, 10**5
 _PATIENCE = 60.0  # seconds for one file
