@@ -55,6 +55,13 @@ float beyond(float away, vec2 direction) {
     return clamp((ramp(away + wide) - ramp(away + narrow) - ramp(away - narrow) + ramp(away - wide)) / (a * b),
                  0.0, 1.0);
 }
+
+// Part of the pixel that lies on the line.
+float part_on_line() {
+    float half_width = 0.5 * look.w;
+    return (beyond(on_line.x + half_width, kind.yx) - beyond(on_line.x - half_width, kind.yx))
+        * (beyond(on_line.y, kind.xy) - beyond(on_line.y - on_line.z, kind.xy));
+}
 #endif
 
 void main() {
@@ -69,9 +76,7 @@ void main() {
     texel = vec4(behind.rgb, 1.0);
 #elif PART == 1
     vec4 over = texelFetch(atlas, ivec2(floor(texel_of_atlas)), 0);
-    if (over.a <= 0.0) {
-        discard;
-    }
+    if (over.a <= 0.0) discard;
 #if LAYER
     texel = over;
 #else
@@ -79,12 +84,8 @@ void main() {
     texel = vec4(srgb_from_linear(shown) - (1.0 - over.a) * behind.rgb, over.a);
 #endif
 #else
-    float half_width = 0.5 * look.w;
-    float part = (beyond(on_line.x + half_width, kind.yx) - beyond(on_line.x - half_width, kind.yx))
-        * (beyond(on_line.y, kind.xy) - beyond(on_line.y - on_line.z, kind.xy));
-    if (part <= 0.0) {
-        discard;
-    }
+    float part = part_on_line();
+    if (part <= 0.0) discard;
     float covered = 1.0 - (1.0 - on_line.w * part) * (1.0 - kind.w * part);
 #if LAYER
     texel = covered * vec4(look.rgb, 1.0);
