@@ -66,15 +66,20 @@ class Inputs:
         self.root = ""  # where children put their files
         self._folder = ""
 
+    @property
+    def by_hand(self) -> int:
+        """Number of inputs made by hand, which are the first."""
+        return len(self._cases)
+
     def kind_of(self, number: int) -> str:
         """Kind of an input."""
-        if number < len(self._cases):
+        if number < self.by_hand:
             return self._cases[number].kind
         return self._turns[number % len(self._turns)]
 
     def made(self, number: int) -> Seed:
         """Input of a number."""
-        if number < len(self._cases):
+        if number < self.by_hand:
             return self._cases[number]
         random = Random(f"{self.seed} {number}")
         kind = self.kind_of(number)
