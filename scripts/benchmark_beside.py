@@ -77,7 +77,7 @@ class Beside(Walker):
         self._process: subprocess.Popen[str] | None = None
 
     def families(self) -> Iterable[str]:
-        """What the program has several of."""
+        """Return the names of the program's kinds of settings."""
         return self._other.families
 
     def setting(self, family: str, rate: float, wanted: float) -> tuple[Any, str]:

@@ -1,4 +1,4 @@
-"""What every program beside texvol is given of a scene, and how its parts are turned into what programs want.
+"""Scene as the programs beside texvol are given it, and its parts in the forms that they take.
 
 Lengths are in smallest spacings, along the axes of the grid, from the corner of the box. It needs numpy alone.
 """

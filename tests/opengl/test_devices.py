@@ -46,7 +46,7 @@ def two_devices(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def told_by_this_process(what: str, number: int | None = None) -> dict[str, Any]:
-    """What the process of a device tells, by this process, which has other devices than the machine."""
+    """Return the report of a device, made in this process with devices that are planted."""
     return json.loads(json.dumps(described.answer(what, number)))
 
 

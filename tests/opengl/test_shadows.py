@@ -46,7 +46,7 @@ def cast(renderer: Renderer, scene: Scene, medium: TransferFunction, thickness: 
 
 
 def exact_at_nodes(scene: Scene) -> np.ndarray:
-    """What arrives of the first light at the nodes, (z, y, x), as the oracle finds it."""
+    """Return the oracle's transmittance from the nodes to the first light, shape (z, y, x)."""
     return shadows_in(scene.completed((1, 1)), SHADOW_NODES, tracer_for).fields[0].nodes[0]
 
 

@@ -1,4 +1,4 @@
-"""What lies over the picture has its place and its order, and leaves a small picture free."""
+"""Controls and annotation over the picture: their places, their order, and what a small picture has of them."""
 
 from __future__ import annotations
 

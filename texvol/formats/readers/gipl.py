@@ -11,7 +11,7 @@ import struct
 import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples, pick
-from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, header_of, read_picked
 
 _HEADER_BYTES = 256
 MARKS = (0x2AE389B8, 0xEFFFE9B0)  # magic numbers at byte 252
@@ -21,10 +21,7 @@ _TYPES = {1: "u1", 7: "i1", 8: "u1", 15: ">i2", 16: ">u2", 31: ">u4", 32: ">i4",
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of a `.gipl` or `.gipl.gz`."""
     encoding = encoding_of(path)
-    with open(path, "rb") as file:
-        head = next(unpacked(file, encoding), b"") if encoding != "raw" else file.read(_HEADER_BYTES)
-    if len(head) < _HEADER_BYTES:
-        raise FileFault(f"is truncated: its header of {_HEADER_BYTES} bytes has {len(head)}")
+    head = header_of(path, encoding, _HEADER_BYTES)
     (mark,) = struct.unpack_from(">I", head, 252)
     if mark not in MARKS:
         raise FileFault(f"has no GIPL header: its magic number is {mark:#x}")

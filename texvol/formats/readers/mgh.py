@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.samples import Choice, FileFault, Samples, pick
-from texvol.formats.readers.stored import Stored, encoding_of, read_picked, unpacked
+from texvol.formats.readers.stored import Stored, encoding_of, header_of, read_picked
 
 _HEADER_BYTES = 284
 _TYPES = {0: "u1", 1: ">i4", 3: ">f4", 4: ">i2", 10: ">u2"}
@@ -23,10 +23,7 @@ _SPACING, _COLUMNS, _MIDDLE = (1.0, 1.0, 1.0), ((-1.0, 0.0, 0.0), (0.0, 0.0, -1.
 def read(path: str, choice: Choice) -> Samples:
     """Return the samples of a `.mgh`, `.mgz` or `.mgh.gz`; frames are time steps."""
     encoding = encoding_of(path)
-    with open(path, "rb") as file:
-        head = next(unpacked(file, encoding), b"") if encoding != "raw" else file.read(_HEADER_BYTES)
-    if len(head) < _HEADER_BYTES:
-        raise FileFault(f"is truncated: its header of {_HEADER_BYTES} bytes has {len(head)}")
+    head = header_of(path, encoding, _HEADER_BYTES)
     version, *sizes, frames, kind = struct.unpack_from(">6i", head)
     if version != 1:
         raise FileFault(f"has no MGH header: its version must be 1, got {version}")

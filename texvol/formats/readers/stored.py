@@ -191,6 +191,21 @@ def encoding_of(path: str) -> str:
     return {".gz": "deflate", ".mgz": "deflate", ".bz2": "bzip2"}.get(os.path.splitext(path)[1].lower(), "raw")
 
 
+def header_of(path: str, encoding: str, size: int) -> bytes:
+    """Return the first block of a file, of `size` bytes at least.
+
+    Raises
+    ------
+    FileFault
+        If the file is shorter.
+    """
+    with open(path, "rb") as file:
+        head = next(unpacked(file, encoding), b"") if encoding != "raw" else file.read(size)
+    if len(head) < size:
+        raise FileFault(f"is truncated: its header of {size} bytes has {len(head)}")
+    return head
+
+
 def unpacked(file: IO[bytes], encoding: str) -> Iterator[bytes]:
     """Yield the content of a compressed stream in blocks of bounded size; checksums are verified at its end.
 
