@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 import pytest
 from imgui_bundle import imgui, implot
 
+from support.desks import desk_with
 from texvol.window import panels
 from texvol.window.desk import Desk
 from texvol.window.director import Shown
@@ -133,6 +135,14 @@ class NoTextures:
     def get(self, name: str, key: Any, make: Callable[[], Any], *, nearest: bool = False) -> int:
         assert make() is not None
         return 1
+
+
+def desk_of_noise(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
+    """A dressed desk with a volume of noise open, in a folder that has its state as well."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(folder / "state"))
+    monkeypatch.chdir(folder)
+    np.save("one.npy", np.random.default_rng(3).random((6, 7, 8)).astype(np.float32))
+    return dressed(desk_with("one.npy"))
 
 
 def dressed(desk: Desk) -> Desk:

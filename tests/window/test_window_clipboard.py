@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.desks import desk_with, done, said
-from support.panel_frames import dressed
+from support.desks import done, said
+from support.panel_frames import desk_of_noise
 from support.windows import PATIENCE, ball, display, eight_bits, environment, started, until  # noqa: F401 (a fixture)
 
 from texvol.formats.pictures import image
@@ -28,10 +28,7 @@ needs_tools = pytest.mark.skipif(
 @pytest.fixture
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
     """A desk with a picture of random colours."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.chdir(tmp_path)
-    np.save("one.npy", np.random.default_rng(3).random((6, 7, 8)).astype(np.float32))
-    return dressed(desk_with("one.npy"))
+    return desk_of_noise(tmp_path, monkeypatch)
 
 
 def program(folder: Path, text: str) -> None:

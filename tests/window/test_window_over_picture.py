@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from imgui_bundle import imgui
-from support.desks import desk_with, done
-from support.panel_frames import dressed, headless, noticed, shown
+from support.desks import done
+from support.panel_frames import desk_of_noise, headless, noticed, shown
 
 from texvol.annotation import Annotation
 from texvol.scene.scene import Scene
@@ -25,10 +25,7 @@ from texvol.window.steering import Viewport
 @pytest.fixture
 def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
     """A desk with a volume open."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.chdir(tmp_path)
-    np.save("one.npy", np.random.default_rng(3).random((6, 7, 8)).astype(np.float32))
-    return dressed(desk_with("one.npy"))
+    return desk_of_noise(tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize(
