@@ -99,6 +99,10 @@ class Studio:
         # How many times a single picture tells its progress depends on the machine.
         return [each for each in self.rest() if each.kind != "progress" or job["kind"] == "film"]
 
+    def pictures(self, **job: Any) -> list[Answer]:
+        """The answers that are pictures; one that is drawn for its time alone may follow them."""
+        return [each for each in self.answers(**job) if each.kind == "picture"]
+
     def rest(self) -> list[Answer]:
         found: list[Answer] = []
         end = time.monotonic() + PATIENCE
@@ -131,26 +135,39 @@ def test_a_painter_draws_on_the_device_that_is_asked_for() -> None:
 
 
 def test_a_painter_draws_what_render_writes(studio: Studio) -> None:
-    (answer,) = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
+    (answer,) = studio.pictures(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 0.7})
     with Renderer() as renderer:
         picture = renderer.render(SCENE, SIZE, sampling_rate=0.7)
         assert answer.metadata["settings"] == renderer.settings
     assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
 
 
+def test_the_first_picture_of_its_kind_is_timed_by_a_smaller_one(studio: Studio) -> None:
+    """Its own time is that of programs and textures too, and would have the first turn drawn too finely or coarsely."""
+    asked: dict[str, Any] = {"kind": "move", "size": SIZE, "accuracy": {"sampling_rate": 0.7}}
+    scene = replace(SCENE, gradient=Estimator("gaussian", 3.0))
+    first, timed = studio.answers(scene=scene, **asked)
+    assert (first.kind, first.final) == ("picture", False)
+    assert (timed.kind, timed.final, timed.pixels) == ("timed", True, None)
+    assert 0 < timed.metadata["seconds"] < PATIENCE and timed.metadata["shrink"] == 2
+    (again,) = studio.answers(scene=scene, **asked)
+    assert (again.kind, again.final) == ("picture", True)
+    assert np.array_equal(again.pixels, first.pixels)
+
+
 def test_light_that_is_new_is_preceded_by_the_same_unlit(studio: Studio) -> None:
     """Gradients take a while to find, and there should be something to look at."""
     lit = replace(SCENE, classification="post", lighting=Lighting(), gradient=Estimator("gaussian", 2.0))
     asked: dict[str, Any] = {"kind": "move", "size": SIZE, "accuracy": {"sampling_rate": 0.7}}
-    first, second = studio.answers(scene=lit, **asked)
+    first, second = studio.pictures(scene=lit, **asked)
     (again,) = studio.answers(scene=replace(lit, lighting=Lighting(diffuse=0.5)), **asked)
-    assert not first.final and second.final
+    assert not first.final
     with Renderer() as renderer:
         for answer, scene in ((first, replace(lit, lighting=None)), (second, lit)):
             picture = renderer.render(scene, SIZE, sampling_rate=0.7)
             assert answer.pixels is not None and np.array_equal(answer.pixels, image.eight_bits(picture))
     assert not np.array_equal(again.pixels, second.pixels)
-    assert len(studio.answers(scene=replace(lit, gradient=Estimator("gaussian", 1.0)), **asked)) == 2
+    assert len(studio.pictures(scene=replace(lit, gradient=Estimator("gaussian", 1.0)), **asked)) == 2
 
 
 @pytest.mark.parametrize("kind", ["slab", "extinction", "post", "integrated"])
@@ -206,7 +223,7 @@ def test_what_is_superseded_is_left_off(studio: Studio) -> None:
     studio.painter.ask(**long, accuracy={"max_error": 1e-9})
     time.sleep(1.0)
     start = time.monotonic()
-    answers = studio.answers(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1})
+    answers = studio.pictures(kind="move", scene=SCENE, size=SIZE, accuracy={"sampling_rate": 1})
     assert answers[-1].kind == "picture" and answers[-1].pixels is not None and answers[-1].pixels.shape[:2] == (48, 64)
     # A piece takes some 15 ms; the rest is for a busy machine. Undisturbed it would be minutes.
     assert time.monotonic() - start < PATIENCE
@@ -215,20 +232,20 @@ def test_what_is_superseded_is_left_off(studio: Studio) -> None:
 def test_what_goes_wrong_is_said_and_the_painter_paints_on(studio: Studio) -> None:
     (answer,) = studio.answers(kind="move", scene=SCENE, size=(1 << 20, 8))
     assert answer.kind == "failed" and "size 1048576x8" in answer.text
-    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+    assert studio.pictures(kind="move", scene=SCENE, size=SIZE)
 
 
 def test_a_painter_that_was_killed_is_another_one_next_time(studio: Studio) -> None:
     process = studio.painter._process
     process.send_signal(signal.SIGKILL)
     process.wait(10)
-    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+    assert studio.pictures(kind="move", scene=SCENE, size=SIZE)
     # And one that is killed in the middle of its work says so.
     studio.painter.ask(kind="rest", scene=SCENE, size=(1200, 900), accuracy={"max_error": 1e-9})
     studio.painter._process.kill()
     (answer,) = studio.rest()
     assert answer.kind == "failed" and "ended unexpectedly" in answer.text
-    assert studio.answers(kind="move", scene=SCENE, size=SIZE)[-1].kind == "picture"
+    assert studio.pictures(kind="move", scene=SCENE, size=SIZE)
 
 
 def test_files_are_those_of_render(studio: Studio, tmp_path: Path) -> None:

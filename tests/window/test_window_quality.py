@@ -52,6 +52,11 @@ class Sketcher:
         self.waiting.append(Answer("picture", len(self.jobs), final, np.zeros((height, width, 3), np.uint8), known))
         self.busy = not final
 
+    def timed(self, seconds: float) -> None:
+        metadata = {"seconds": seconds, "shrink": 2}
+        self.waiting.append(Answer("timed", len(self.jobs), metadata=metadata))
+        self.busy = False
+
 
 def directed() -> tuple[Director, Sketcher, Sketcher]:
     mover, refiner = Sketcher(), Sketcher()
@@ -148,16 +153,30 @@ def test_a_picture_before_the_one_that_was_asked_for_is_seen_and_teaches_nothing
     director, mover, _ = directed()
     director.want(Wanted(SCENE, FULL), now=0.0)
     director.update(0.0)
-    mover.answer()  # the first of all teaches nothing either
+    mover.answer(final=False, seconds=1e9)  # neither does one for which programs were compiled
+    mover.timed(0.01)
     director.update(0.0)
+    quick = director.pace.choose(FULL)
     director.want(Wanted(replace(SCENE, lighting=Lighting()), FULL), now=0.1)
     director.update(0.1)
     mover.answer(final=False, seconds=1e9)
     assert director.update(0.2) and director.shown is not None and director.shown.version == director.version
-    assert director.pace.choose(FULL) == Pace().choose(FULL)
+    assert director.pace.choose(FULL) == quick
     mover.answer(seconds=1e9)
     assert director.update(0.3)
     assert director.pace._speeds[-1] > 1
+
+
+def test_a_first_picture_is_timed_by_a_smaller_one_before_anything_turns() -> None:
+    """The first turn of a slow scene would else stand still for as long as the first guess is wrong."""
+    director, mover, _ = directed()
+    director.want(Wanted(SCENE, FULL), now=0.0)
+    director.update(0.0)
+    mover.answer(final=False)
+    assert director.update(0.1) and director.shown is not None and director.shown.state == "moving"
+    mover.timed(0.3)
+    assert not director.update(0.4), "no new picture to be shown"
+    assert director.pace.choose(FULL) == director.pace.ladder[-1]
 
 
 def test_a_turn_does_not_wait_for_a_refinement() -> None:

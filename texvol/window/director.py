@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from texvol.annotation import Annotation
 from texvol.scene.scene import Scene
-from texvol.scene.volume import Volume
 from texvol.window import quality
 from texvol.window.jobs import Answer, Showing, Size
 from texvol.window.painter import Painter
@@ -64,8 +63,6 @@ class Director:
         self._moving: tuple[int, Coarseness, Wanted] | None = None  # job of the mover: version, coarseness, its scene
         self._refining: Wanted | None = None  # of the refiner's job
         self._moved = self._refined = 0  # newest version that was sent to each painter
-        self._sent: tuple[Volume, ...] = ()  # volumes of the mover's last job
-        self._warm = False  # True if that job has the volumes of the one before
         self.shown: Shown | None = None
         self.faults: list[str] = []
         self.refined = 0.0  # fraction of the work of the picture at rest that is done
@@ -124,7 +121,6 @@ class Director:
         if self._moved < self.version and not self._mover.busy:
             coarseness = self.pace.choose(size)
             self._moved, self._moving = self.version, (self.version, coarseness, self._wanted)
-            self._warm, self._sent = scene.volumes == self._sent and self.pictures > 0, scene.volumes
             self._mover.ask(
                 kind="move", scene=moving_scene(scene), size=coarseness.size(size),
                 showing=replace(showing, annotation=Annotation()), with_opacity=bool(showing.annotation),
@@ -155,21 +151,24 @@ class Director:
         take = self._aside
         if answer.final:
             self._aside = None
-            if answer.pixels is not None and take is not None:
-                take(answer.pixels)
+        if answer.pixels is not None and take is not None:
+            take(answer.pixels)
         return False
 
     def _hear_mover(self, answer: Answer) -> bool:
         if answer.kind == "failed":
             self._fault(answer)
             return False
-        assert self._moving is not None and answer.pixels is not None
+        assert self._moving is not None
         version, coarseness, wanted = self._moving
+        if answer.final:
+            drawn = replace(coarseness, shrink=coarseness.shrink * answer.metadata.get("shrink", 1))
+            self.pace.learn(drawn, wanted.size, answer.metadata["seconds"])
+        if answer.pixels is None:
+            return False
         if self.pictures == 0 and not is_software(answer.metadata.get("renderer", "")):
             self.pace.ladder = quality.ON_CARD
         self.pictures += 1
-        if self._warm and answer.final:  # the first picture of a volume also compiles programs and uploads textures
-            self.pace.learn(coarseness, wanted.size, answer.metadata["seconds"])
         if self.shown is not None and (self.shown.version, self.shown.state) >= (version, "refining"):
             return False  # the refiner's picture is already shown
         self.shown = Shown(answer.pixels, version, "moving", answer.metadata, coarseness, wanted)

@@ -75,8 +75,8 @@ class Answer:
     Attributes
     ----------
     kind : str
-        "picture"; "done": a file has been written; "progress": the fraction `metadata["done"]` has been written;
-        "failed": `text` is the reason.
+        "picture"; "timed": a picture `metadata["shrink"]` times smaller takes `metadata["seconds"]`; "done": a file
+        has been written; "progress": the fraction `metadata["done"]` has been written; "failed": `text` is the reason.
     final : bool
         True for the last answer to a job.
     pixels : array of shape (height, width, 3) or (height, width, 4), uint8
@@ -86,7 +86,7 @@ class Answer:
         `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known.
     """
 
-    kind: Literal["picture", "done", "progress", "failed"]
+    kind: Literal["picture", "timed", "done", "progress", "failed"]
     number: int
     final: bool = True
     pixels: NDArray | None = None

@@ -36,6 +36,7 @@ from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
 _OF_ONE_PICTURE = ("rest", "file")  # of other kinds, frames are counted
+_TIMED = 2  # divisor of the sides of a picture that is drawn for its time
 _TOLD = 0.1  # seconds between two messages of progress
 _FIRST = 0.2  # fraction of the time of a picture at rest that each step before the last takes of what is left
 _OF_WRITING = 2e-7  # seconds of a pixel to be annotated, encoded and written
@@ -72,6 +73,7 @@ class JobRunner:
         self._answer, self._newest = answer, newest
         self._renderer = PiecewiseRenderer(device)
         self._known: tuple[Any, ...] | None = None  # what the textures of the last job are made of
+        self._moved: tuple[Any, ...] | None = None  # what the last picture of a scene in motion needs on the device
         self._lit: tuple[tuple[Any, ...], Any] | None = None  # volumes and estimator of the last lit scene's gradients
 
     def paint(self, job: Job) -> None:
@@ -125,14 +127,25 @@ class JobRunner:
         self._renderer.close()
 
     def _move(self, job: Job) -> None:
-        """Draw one picture; if gradients have to be computed first, send an unlit picture before it."""
+        """Draw one picture; if gradients have to be computed first, send an unlit picture before it.
+
+        The first picture of its kind also compiles programs and uploads textures, so that its seconds tell nothing of
+        the pictures that follow. A smaller one is drawn after it for its time alone.
+        """
         start = time.perf_counter()
         if job.scene.lighting and not self._has_gradients(job.scene):
             picture = self._renderer.render(replace(job.scene, lighting=None), job.size, **job.accuracy)
             self._send(job, picture, start, final=False)
             start = time.perf_counter()
         picture = self._renderer.render(job.scene, job.size, **job.accuracy)
-        self._send(job, picture, start)
+        before, self._moved = self._moved, _of_motion(job.scene)
+        self._send(job, picture, start, final=before == self._moved)
+        if before != self._moved:
+            width, height = (max(1, side // _TIMED) for side in job.size)
+            start = time.perf_counter()
+            self._renderer.render(job.scene, (width, height), **job.accuracy)
+            timed = {"seconds": time.perf_counter() - start, "shrink": _TIMED}
+            self._answer(Answer("timed", job.number, metadata=timed))
 
     def _has_gradients(self, scene: Scene) -> bool:
         """True if the scene's gradients have been computed for the last lit scene; remember this scene's gradients."""
@@ -262,6 +275,11 @@ def _of_textures(scene: Scene) -> tuple[Any, ...]:
     """Return what the textures of a scene are made of."""
     lit = bool(scene.lighting), scene.gradient
     return (*scene.volumes, scene.transfer_function, *lit) if scene.classification == "slab" else (*scene.volumes, *lit)
+
+
+def _of_motion(scene: Scene) -> tuple[Any, ...]:
+    """Return what the textures and programs of a scene in motion are made of."""
+    return (*scene.volumes, bool(scene.lighting), scene.gradient, scene.mode, scene.classification)
 
 
 def _export(job: Job) -> PictureExport:

@@ -71,7 +71,7 @@ class Pace:
     def __init__(self, frames_per_second: float = DEFAULT_FRAMES_PER_SECOND) -> None:
         self.wanted = 1 / frames_per_second
         self.ladder = ON_CPU
-        self._speeds: deque[float] = deque([_BEGIN], maxlen=_REMEMBERED)
+        self._speeds: deque[float] = deque(maxlen=_REMEMBERED)
         self._current: Coarseness | None = None
 
     def choose(self, full: tuple[int, int]) -> Coarseness:
@@ -91,7 +91,7 @@ class Pace:
         self._speeds.append(seconds / coarseness.work(full) ** _EXPONENT)
 
     def _seconds(self, coarseness: Coarseness, full: tuple[int, int]) -> float:
-        return median(self._speeds) * coarseness.work(full) ** _EXPONENT
+        return median(self._speeds or [_BEGIN]) * coarseness.work(full) ** _EXPONENT
 
 
 def moving_scene(scene: Scene) -> Scene:

@@ -1,0 +1,160 @@
+"""Frame times of the window while a volume is turned by a real mouse, on an X server without a screen.
+
+    python scripts/benchmark_window.py DATA [--only NAME,NAME] [--sizes 1280x800,1920x1080] [--dpi 96,192] [--seconds 4]
+
+DATA is the folder of the real volumes (`real_volumes.py` lists them) or a volume. Each window stands under openbox on
+Xvfb, with and without all annotation; when it is at rest, xdotool presses the left button and moves the mouse 60 times
+a second. The times are those between two new pictures while the volume turns, the first after the press included; the
+seconds to the final picture are those after the button is let go.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from real_volumes import VOLUMES, volume_path
+
+_ALL = ["--annotate", "box,scale-bar,legend,axes"]
+_PATIENCE = 120.0  # seconds for a window to come, to rest and to end
+_QUIET = 0.15  # processor seconds per second, less than any picture takes
+
+
+@dataclass(frozen=True)
+class Turned:
+    """Times of one window, in milliseconds but for `final`, which is in seconds."""
+
+    median: float
+    largest: float
+    pictures: int
+    final: float
+
+
+@contextmanager
+def screen(width: int, height: int, dpi: int) -> Iterator[dict[str, str]]:
+    """Environment of an X server with a window manager and a resolution, for the time of the context."""
+    with ExitStack() as stack:
+        read, write = os.pipe()
+        line = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"]
+        _started(stack, line, dict(os.environ), (write,))
+        os.close(write)
+        with os.fdopen(read) as number:
+            found = os.environ | {"DISPLAY": f":{number.readline().strip()}"}
+        found.pop("WAYLAND_DISPLAY", None)
+        subprocess.run(["xrdb", "-merge"], input=f"Xft.dpi: {dpi}\n", text=True, env=found, check=True)
+        _started(stack, ["openbox"], found)
+        yield found
+
+
+def _started(stack: ExitStack, line: list[str], environment: dict[str, str], kept: tuple[int, ...] = ()) -> None:
+    hidden = subprocess.DEVNULL
+    process = subprocess.Popen(line, env=environment, pass_fds=kept, stdout=hidden, stderr=hidden)
+    stack.callback(process.wait)
+    stack.callback(process.terminate)
+
+
+def turned(words: list[str], size: tuple[int, int], dpi: int, seconds: float) -> Turned:
+    """Open a window of a size in pixels, turn the volume, and close the window."""
+    with tempfile.TemporaryDirectory() as folder, screen(*size, dpi) as environment:
+        table = Path(folder, "frames.csv")
+        environment = environment | {"XDG_STATE_HOME": folder}
+        line = [sys.executable, "-m", "texvol", "view", *words, f"--size={size[0]}x{size[1]}", f"--timings={table}"]
+        window = subprocess.Popen(line, env=environment, stdout=subprocess.DEVNULL)
+        try:
+            subprocess.run(
+                ["xdotool", "search", "--sync", "--onlyvisible", "--pid", str(window.pid)],
+                env=environment, stdout=subprocess.DEVNULL, timeout=_PATIENCE, check=True,
+            )  # fmt: skip
+            _rest(window)
+            _drag(environment, size, seconds)
+            _rest(window)
+            subprocess.run(["xdotool", "key", "ctrl+q"], env=environment, check=True)
+            window.wait(_PATIENCE)
+        finally:
+            window.kill()
+            window.wait()
+        with table.open() as file:
+            return _judged(list(csv.DictReader(file)))
+
+
+def _drag(environment: dict[str, str], size: tuple[int, int], seconds: float) -> None:
+    width, height = size
+    steps = ["mousemove", f"{width * 0.35:.0f}", f"{height * 0.45:.0f}", "sleep", "0.3", "mousedown", "1"]
+    for n in range(round(60 * seconds)):
+        to_and_fro = abs((n / 90) % 2 - 1)
+        x, y = width * (0.15 + 0.4 * to_and_fro), height * (0.45 + 0.1 * to_and_fro)
+        steps += ["mousemove", f"{x:.0f}", f"{y:.0f}", "sleep", "0.0167"]
+    subprocess.run(["xdotool", *steps, "mouseup", "1"], env=environment, check=True)
+
+
+def _rest(window: subprocess.Popen[bytes]) -> None:
+    """Wait until a window and its children hardly work for a second and a half."""
+    end, quiet, last = time.monotonic() + _PATIENCE, 0, 0.0
+    while quiet < 3:
+        assert time.monotonic() < end, "the window never came to rest"
+        assert window.poll() is None, "the window has ended"
+        time.sleep(0.5)
+        now = sum(_processor(each) for each in _family(window.pid))
+        quiet, last = (quiet + 1 if 0 < now - last + 1e-9 < 0.5 * _QUIET else 0), now
+
+
+def _family(process: int) -> list[int]:
+    found = [process]
+    for task in Path(f"/proc/{process}/task").glob("*/children"):
+        found += [each for child in task.read_text().split() for each in _family(int(child))]
+    return found
+
+
+def _processor(process: int) -> float:
+    fields = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def _judged(frames: list[dict[str, str]]) -> Turned:
+    opened = next(n for n, each in enumerate(frames) if each["state"] == "rest")
+    moving = [n for n, each in enumerate(frames) if n > opened and each["state"] == "moving"]
+    times = [1e3 * float(frames[n]["picture_seconds"]) for n in moving if float(frames[n]["picture_seconds"])]
+    rest = next(float(each["time"]) for each in frames[moving[-1] :] if each["state"] == "rest")
+    return Turned(statistics.median(times), max(times), len(times), rest - float(frames[moving[-1]]["time"]))
+
+
+def main() -> None:
+    """Measure each window and print a table in Markdown."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("data", type=Path)
+    parser.add_argument("--only", type=lambda text: text.split(","), default=[])
+    parser.add_argument("--sizes", default="1280x800,1920x1080")
+    parser.add_argument("--dpi", default="96")
+    parser.add_argument("--seconds", type=float, default=4.0)
+    arguments = parser.parse_args()
+    if arguments.data.is_file():
+        files = {arguments.data.name: [str(arguments.data)]}
+    else:
+        found = {name: (volume_path(arguments.data, name, file), told) for name, file, told, _ in VOLUMES}
+        files = {name: [str(path), *told.split()] for name, (path, told) in found.items() if path}
+    print("| volume | window | dpi | annotation | pictures | median ms | largest ms | final after s |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, words in files.items():
+        if arguments.only and name not in arguments.only:
+            continue
+        for size in arguments.sizes.split(","):
+            width, height = map(int, size.split("x"))
+            for dpi in map(int, arguments.dpi.split(",")):
+                for label, annotated in (("none", []), ("all", _ALL)):
+                    one = turned([*words, *annotated], (width, height), dpi, arguments.seconds)
+                    cells = [name, size, dpi, label, one.pictures, f"{one.median:.0f}", f"{one.largest:.0f}"]
+                    print(f"| {' | '.join(map(str, cells))} | {one.final:.1f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
