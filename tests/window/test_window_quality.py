@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.window import quality
+from texvol.window.application import Application
 from texvol.window.director import Director, Wanted
 from texvol.window.jobs import Answer
 from texvol.window.quality import Pace, moving_scene
@@ -41,6 +43,10 @@ class Sketcher:
     def drop(self) -> None:
         self.dropped += 1
         self.busy = False
+
+    @property
+    def quiet(self) -> bool:
+        return not self.waiting
 
     def answers(self) -> list[Answer]:
         taken, self.waiting = self.waiting, []
@@ -195,6 +201,35 @@ def test_a_turn_does_not_wait_for_a_refinement() -> None:
     mover.answer()
     director.update(1.15)
     assert director.shown is not None and director.shown.state == "moving"
+
+
+class MouseBefore:
+    """A screen before which a mouse moves every hundredth of a second; the mover's picture comes at `arrival`."""
+
+    def __init__(self, mover: Sketcher, arrival: float) -> None:
+        self.time, self._mover, self._arrival = 0.0, mover, arrival
+
+    def wait(self, seconds: float) -> None:
+        self.time += min(max(seconds, 1e-3), 0.01)
+        if self.time >= self._arrival and self._mover.busy:
+            self._mover.answer()
+
+
+@pytest.mark.parametrize(("dragging", "arrival", "drawn"), [(True, 0.05, 0.05), (True, 9.0, 0.1), (False, 0.05, 0.01)])
+def test_the_events_of_a_drag_wait_for_the_picture_of_the_last(dragging: bool, arrival: float, drawn: float) -> None:
+    """Frames between two pictures would show nothing new, and take the time of the picture that is drawn."""
+    director, mover, _ = directed()
+    director.want(Wanted(SCENE, FULL), now=0.0)
+    director.update(0.0)
+    window = Application.__new__(Application)
+    window._screen = cast(Any, MouseBefore(mover, arrival))
+    window._plan = cast(Any, SimpleNamespace(frames=None, player=None))
+    still, steering = SimpleNamespace(motion=None), SimpleNamespace(dragging=dragging)
+    times, others = SimpleNamespace(due=lambda _: 1.0), {"messages": (), "loading": None, "writing": None, "now": 0.0}
+    window._desk = cast(Any, SimpleNamespace(director=director, steering=steering, moving=still, times=times, **others))
+    window._last, window._lively = 0.0, 0
+    window._wait()
+    assert window._screen.time == pytest.approx(drawn, abs=0.0101)
 
 
 def test_while_the_mover_draws_only_the_newest_view_waits() -> None:

@@ -29,6 +29,7 @@ from texvol.window.timings import Frame
 from texvol.window.transport import SharedArrays
 
 _FRAME = 1 / 60  # seconds: screens show no more frames, and the painting processes need the cores
+_PATIENT = 0.1  # seconds between frames while a drag waits for a picture
 _IDLE = 0.5  # seconds between checks for changes that raise no event
 _MINIMISED = 0.1  # seconds to wait in each frame of a minimised window
 _FRAMES_AFTER_EVENT = 3
@@ -130,7 +131,7 @@ class Application:
     def frame(self) -> None:
         """Process the events and draw one frame."""
         screen, desk = self._screen, self._desk
-        screen.wait(self._patience())
+        self._wait()
         desk.now = start = screen.time
         events = self._events()
         self._minimised = screen.minimised
@@ -161,6 +162,16 @@ class Application:
         screen.check()
         if self._plan.shows_empty or self._begun:
             screen.swap()
+
+    def _wait(self) -> None:
+        """Wait for an event; the events of a drag wait until the picture of the last of them has come.
+
+        A frame without a new picture shows nothing new then, and takes CPU time from the picture.
+        """
+        screen, desk = self._screen, self._desk
+        screen.wait(self._patience())
+        while desk.steering.dragging and desk.director.moving and (since := screen.time - self._last) < _PATIENT:
+            screen.wait(_PATIENT - since)
 
     def _patience(self) -> float:
         """Return the seconds to wait for an event; an answer of a painting process ends the wait earlier."""

@@ -87,6 +87,11 @@ class Director:
         return self._wanted is not None and self._refined == self.version and self._refiner.busy
 
     @property
+    def moving(self) -> bool:
+        """True until the picture of a change that is being drawn has arrived."""
+        return self._mover.busy and self._mover.quiet
+
+    @property
     def idle(self) -> bool:
         """True if no further picture will arrive until the scene changes."""
         quiet = not self._mover.busy and not self._refiner.busy

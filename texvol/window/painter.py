@@ -84,6 +84,11 @@ class Painter:
         return self._waited_for is not None
 
     @property
+    def quiet(self) -> bool:
+        """True if no answer waits to be taken."""
+        return not self._answers
+
+    @property
     def alive(self) -> bool:
         """True while the process runs."""
         return self._process.poll() is None
