@@ -69,12 +69,14 @@ sys.exit(main(["--version"]))
 )
 def test_a_signal_is_heard_again_that_a_callback_has_dropped(stop: signal.Signals, raised: type[BaseException]) -> None:
     """As of imports, whose locks have callbacks."""
+    begin = time.monotonic()
     with pytest.raises(raised), termination.heard(), termination.never_lost():
         thing = threading.Lock()
         dropping = weakref.ref(thing, lambda _: signal.raise_signal(stop))
         del thing
         assert dropping() is None
         time.sleep(30)
+    assert time.monotonic() - begin < 20, "what the thread waits for has been ended"
 
 
 def test_a_signal_leaves_nothing_beside_what_is_being_written(folder: Path) -> None:

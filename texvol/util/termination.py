@@ -6,7 +6,6 @@ Python drops them.
 
 from __future__ import annotations
 
-import _thread
 import signal
 import sys
 import threading
@@ -59,7 +58,8 @@ def never_lost() -> Iterator[None]:
         if isinstance(dropped.exc_value, Terminated):
             number = dropped.exc_value.number
             signal.signal(number, _raise)
-        threading.Timer(_LATER, _thread.interrupt_main, (number,)).start()
+        # A signal to the main thread also ends what it waits for, which _thread.interrupt_main would not.
+        threading.Timer(_LATER, signal.pthread_kill, (threading.main_thread().ident, number)).start()
 
     sys.unraisablehook = again
     try:
