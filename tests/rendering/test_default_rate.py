@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from support.scenes import BONE, smooth_volume
 
 from texvol import Lighting, Renderer, Scene, TransferFunction, Volume
-from texvol.rendering import default_rate
+from texvol.rendering import default_rate, error_control
 
 SIZE = (96, 96)
 
@@ -32,6 +33,28 @@ def test_the_estimate_is_within_its_limit(scene: Scene) -> None:
     assert quick is not None and quick <= default_rate.LIMIT
     factor = coarse["slab_thickness"] / stats["slab_thickness"]
     assert factor in (2, 4, 8, 16)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e9])
+def test_a_report_draws_a_reference_only_where_rounding_has_no_bound(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch, far: float
+) -> None:
+    """The choice of the rate has compared two pictures of the same texels: beside far values both may be wrong."""
+    values = scene.volume.values.astype(np.float32)
+    values[0, 0, 0] += far
+    drawn: list[float] = []
+    by_finer = error_control.estimate_by_finer
+
+    def counted(*arguments: Any, **more: Any) -> float:
+        drawn.append(by_finer(*arguments, **more))
+        return drawn[-1]
+
+    monkeypatch.setattr(error_control, "estimate_by_finer", counted)
+    with Renderer() as renderer:
+        renderer.render(Scene(Volume(values), BONE, lighting=Lighting()), SIZE)
+        quick, told = renderer.quick_estimate(), renderer.stats["estimated_error"]
+    assert len(drawn) == (far > 0)
+    assert quick is not None and told == pytest.approx(drawn[0] if drawn else quick, rel=0.05)
 
 
 def test_what_is_asked_for_stays(scene: Scene) -> None:

@@ -18,7 +18,7 @@ def quick_stats(renderer: Renderer, samples: bool = False) -> dict[str, Any]:
     assert renderer._last is not None
     count = sampled_slabs if samples else lambda *_: {"samples": None, "samples_total": None}
     with (
-        patch("texvol.rendering.renderer.estimates", lambda *given: given[-1]),
+        patch("texvol.rendering.renderer.estimates", lambda *given: given[-2]),
         patch("texvol.rendering.renderer.sampled_slabs", count),
     ):
         return renderer._metadata(*renderer._last)

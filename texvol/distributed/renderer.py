@@ -27,6 +27,7 @@ from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import remark_on_coarse_levels
 from texvol.scene.picture_size import AnySize
 from texvol.scene.scene import CompleteScene, Scene
+from texvol.textures.value_texture import Rounded
 from texvol.util.errors import InputError
 
 Size = tuple[int, int]
@@ -189,6 +190,11 @@ class DistributedPictures:
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
         return self._rounding
+
+    @property
+    def hidden_rounding(self) -> Rounded:
+        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        return "values"
 
     def described(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         """Return the entries of `--stats` that say what was drawn, with one of each block."""

@@ -261,26 +261,31 @@ def estimate_by_finer(
     picture: NDArray[np.float32],
     thickness: float,
     draw: Callable[[CompleteScene, float], NDArray[np.float32]],
+    drawn_anyway: float = 0.0,
 ) -> float:
     """Estimate the maximum error of a picture from a finer one.
 
     The finer picture has half the slab thickness, of `post` a quarter, or two slabs per voxel if that is thinner and
     affordable: samples may lie between thicker slabs, and pictures may agree that nothing is there. If there is no
     memory for the bricks of that picture, thinner slabs are tried, which need less margin. `draw` takes a scene and a
-    thickness. The estimate is infinite if no finer picture can be drawn.
+    thickness; a reference of the thickness `drawn_anyway` costs nothing. The estimate is infinite if no finer picture
+    can be drawn.
     """
     reference = converging(scene)
     most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
     # Thin slabs of `post` miss as much as those of half their thickness find too much: a quarter leaves less margin.
     least = 2.0 if scene.mode == "composite" and scene.classification == "post" else 1.0
     first = max(min(max(float(np.log2(thickness / scene.smallest_spacing)) + 1, least), most), 1.0)
+    # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
+    is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
     for halvings in np.arange(first, most + 1e-9):
+        thinner = thickness / 2**halvings
+        if is_exact and 0 < drawn_anyway < thinner:
+            thinner = drawn_anyway
         try:
-            finer = draw(reference, thickness / 2**halvings)
+            finer = draw(reference, thinner)
         except NoRoomError:
             continue
-        # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
-        is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
         return estimate(picture, finer, np.inf if is_exact else halvings, rounding_of(scene))
     return np.inf
 

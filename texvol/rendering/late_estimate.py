@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from texvol.rendering import error_control
 from texvol.rendering.error_control import smaller
-from texvol.rendering.model_error import model_error
+from texvol.rendering.model_error import has_model, model_error, thickness_of_media
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.settings import Settings
 from texvol.rendering.shadow_error import ShadowError
 from texvol.scene.scene import CompleteScene
+from texvol.textures.value_texture import Rounded
 
 
 class Estimates(NamedTuple):
@@ -37,6 +38,22 @@ Draw = Callable[[CompleteScene, tuple[int, int], Settings], NDArray[np.float32]]
 _REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an estimate is made from
 
 
+@dataclass(frozen=True)
+class OwnTexels:
+    """What pictures of a picture's own texels tell of its error.
+
+    Attributes
+    ----------
+    hidden : {"nothing", "gradients", "values"}
+        What is rounded so coarsely that two of them may both be wrong: a picture of other texels shows it.
+    by_slabs : float, optional
+        Error by the thickness of the slabs, if the choice of the default rate has found it by two of them.
+    """
+
+    hidden: Rounded
+    by_slabs: float | None = None
+
+
 def estimates(
     pictures: Pictures,
     draw: Draw,
@@ -45,6 +62,7 @@ def estimates(
     size: tuple[int, int],
     settings: Settings,
     known: Estimates,
+    own: OwnTexels,
 ) -> Estimates:
     """Return the estimated errors of a picture.
 
@@ -63,20 +81,50 @@ def estimates(
         If a small picture needs larger margins around bricks than there is memory for.
     """
     scene, unrefined = scenes
-    small = smaller(size)
-    picture = draw(scene, small, settings) if known.error is None else None
+    small, exactly = smaller(size), _once_each(exactly)
+    shared = thickness_of_media(unrefined) if has_model(scene) else 0.0
+    by_slabs = None if own.hidden == "values" else own.by_slabs
+    compared = replace(settings.exact, texture_format=settings.texture_format) if by_slabs is not None else settings
+    is_plain = known.error is not None or (by_slabs is not None and own.hidden == "nothing")
+    picture = None if is_plain else draw(scene, small, compared)
     with pictures.set_aside(None if scene.added else _REFERENCE_BYTES):
         of_model = model_error(scene, unrefined, small, settings, exactly)
         of_shadows = known.of_shadows
         if of_shadows is None:
             of_shadows = ShadowError(exactly, scene, small, settings).at(settings.shadow_nodes)
         known = known._replace(of_model=of_model, of_shadows=of_shadows)
-        if picture is None:
+        if known.error is not None:
             return known
-        by_finer = error_control.estimate_by_finer(
-            scene,
-            picture,
-            settings.slab_thickness,
-            lambda other, thickness: exactly(other, small, replace(settings, slab_thickness=thickness)),
-        )
-    return known._replace(error=by_finer + pictures.rounding(scene) + of_shadows)
+        if picture is not None and by_slabs is not None:
+            by_slabs += error_control.largest_difference(picture, exactly(scene, small, settings))
+        elif picture is not None:
+            by_slabs = _by_finer(scene, picture, settings, exactly, shared)
+    assert by_slabs is not None
+    return known._replace(error=by_slabs + pictures.rounding(scene) + of_shadows)
+
+
+def _by_finer(
+    scene: CompleteScene, picture: NDArray[np.float32], settings: Settings, exactly: Draw, drawn_anyway: float
+) -> float:
+    """Estimate the error by the thickness of the slabs from a finer picture; see `estimate_by_finer`."""
+    size = picture.shape[1], picture.shape[0]
+
+    def finer(scene: CompleteScene, thickness: float) -> NDArray[np.float32]:
+        return exactly(scene, size, replace(settings, slab_thickness=thickness))
+
+    return error_control.estimate_by_finer(scene, picture, settings.slab_thickness, finer, drawn_anyway)
+
+
+def _once_each(draw: Draw) -> Draw:
+    """Return a function that draws each picture once."""
+    drawn: list[tuple[CompleteScene, tuple[int, int], Settings, NDArray[np.float32]]] = []
+
+    def draw_once(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> NDArray[np.float32]:
+        for *known, picture in drawn:
+            if known == [scene, size, settings]:
+                return picture
+        picture = draw(scene, size, settings)
+        drawn.append((scene, size, settings, picture))
+        return picture
+
+    return draw_once

@@ -42,9 +42,14 @@ def model_error(
         return None
     if scene.classification not in PRECLASSIFIED:
         return 0.0
-    fine = replace(settings, slab_thickness=unrefined.smallest_spacing / _FINER)
+    fine = replace(settings, slab_thickness=thickness_of_media(unrefined))
     drawn = draw_exactly(replace(scene, classification="extinction"), size, fine)
     return largest_difference(drawn, draw_exactly(replace(unrefined, classification="post"), size, fine))
+
+
+def thickness_of_media(unrefined: CompleteScene) -> float:
+    """Slab thickness of the two pictures that a model error is estimated from."""
+    return unrefined.smallest_spacing / _FINER
 
 
 @dataclass(frozen=True)

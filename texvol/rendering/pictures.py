@@ -20,6 +20,7 @@ from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described
 from texvol.scene.scene import CompleteScene
+from texvol.textures.value_texture import Rounded
 from texvol.util import progress
 from texvol.util.statistics import median
 
@@ -52,6 +53,10 @@ class Pictures(Protocol):
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
+
+    @property
+    def hidden_rounding(self) -> Rounded:
+        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
 
     @property
     def lost_digits(self) -> float:
@@ -117,6 +122,12 @@ class PicturesInMemory:
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
         return self.cache.rounding(scene)
+
+    @property
+    def hidden_rounding(self) -> Rounded:
+        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        found = {each.hidden_rounding for each in self.cache.volumes}
+        return "values" if "values" in found else "gradients" if "gradients" in found else "nothing"
 
     @property
     def lost_digits(self) -> float:

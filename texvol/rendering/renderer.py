@@ -25,7 +25,7 @@ from texvol.rendering.error_search import ErrorSearch, of_passes, searched
 from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.interpolation import settled_interpolation
 from texvol.rendering.last_picture import LastPicture
-from texvol.rendering.late_estimate import Estimates, estimates
+from texvol.rendering.late_estimate import Estimates, OwnTexels, estimates
 from texvol.rendering.model_error import AskedOfModel
 from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
@@ -364,6 +364,8 @@ class Renderer(LastPicture):
         if not released:
             with self._context, suppress(NoRoomError):
                 how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
-                self._estimates = estimates(pictures, *how, self._estimates)
+                is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
+                own = OwnTexels(pictures.hidden_rounding if is_plain else "values", self._default_rate.estimate)
+                self._estimates = estimates(pictures, *how, self._estimates, own)
         metadata |= {"estimated_error": self.estimate} | self._estimates.metadata
         return metadata | ({"check": self._check.metadata} if self._check else {})

@@ -27,7 +27,7 @@ from texvol.textures import halving as coarser
 from texvol.textures import texel_format
 from texvol.textures.shaded_samples import LightTransmittance, seen_from
 from texvol.textures.value_storage import FAR, HOPELESS, ULP
-from texvol.textures.value_texture import REFERENCE, ValueTexture
+from texvol.textures.value_texture import REFERENCE, Rounded, ValueTexture
 
 _OF_A_CUBIC = 3.0  # an extreme of a cubic, in roundings of the four values that determine it
 Recipe = tuple[Any, ...]
@@ -164,6 +164,14 @@ class VolumeCache:
         attenuation = attenuation_of(scene.air)
         of_a_value *= 1.0 if attenuation is None else attenuation.per_value
         return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
+
+    @property
+    def hidden_rounding(self) -> Rounded:
+        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        baked = self.baked
+        if not isinstance(baked, ValueTexture) or not baked.storage.vouches_for_itself(baked.volume):
+            return "values"
+        return "gradients" if baked.estimator is not None and baked.texel_format == "rgba16" else "nothing"
 
     def release(self) -> None:
         """Release everything on the device."""

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -57,6 +57,7 @@ _NO_GRADIENT = 32767
 _MOST_GRADIENTS = 128.0  # the largest gradient in features, of which 16 bits still tell directions by a 256th
 _FARTHEST_GRADIENT = 1e12  # likewise, of which squares are still numbers
 REFERENCE = "reference"  # a texel format: values rounded otherwise, to see what rounding does
+Rounded = Literal["nothing", "gradients", "values"]  # what texels have too few digits of
 _LARGEST: WeakKeyDictionary[Volume, dict[Estimator, float]] = WeakKeyDictionary()
 
 

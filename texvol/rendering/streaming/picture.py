@@ -33,7 +33,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.regions import Region, regions_of_level
 from texvol.textures.value_storage import HOPELESS, ULP
-from texvol.textures.value_texture import ValueTexture
+from texvol.textures.value_texture import Rounded, ValueTexture
 from texvol.util.statistics import median
 
 _OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
@@ -89,6 +89,11 @@ class StreamedPictures:
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
         return min(self.lost_digits, 1.0) if self.lost_digits >= HOPELESS * ULP else 0.0
+
+    @property
+    def hidden_rounding(self) -> Rounded:
+        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        return "values"
 
     @contextmanager
     def set_aside(self, most_bytes: int | None) -> Iterator[None]:
