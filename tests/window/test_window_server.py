@@ -123,6 +123,42 @@ def test_more_connections_than_there_may_be_are_refused_at_once() -> None:
             until(lambda: sum(map(is_closed, several)) == 3 * MOST_CONNECTIONS)
 
 
+def test_half_open_requests_do_not_delay_a_viewer() -> None:
+    with patch.object(servers, "PATIENCE", 1e6):
+        made = Window()
+        with made.server, contextlib.ExitStack() as closers:
+            made.server.start()
+            for _ in range(300):
+                closers.enter_context(made.connect()).sendall(b"GET / HTTP/1.1\r\n")
+            with closing(made.seen()) as viewer:
+                for _ in range(2 * MOST_CONNECTIONS):  # a viewer does not make room for others
+                    closers.enter_context(made.connect())
+                made.exchange.show(pixels=bytes(12), size=(2, 2))
+                viewer.settimeout(60)
+                assert b'"frame": 1' in viewer.recv(1 << 16)
+
+
+def test_a_connection_ends_with_its_answer_and_with_the_patience_of_the_server() -> None:
+    with patch.object(servers, "PATIENCE", 0.5):
+        made = Window()
+        with made.server:
+            made.server.start()
+            with closing(made.connect()) as refused:
+                refused.sendall(2 * b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+                assert received(refused).count(b"403 Forbidden") == 1
+            with closing(made.connect()) as silent:
+                assert received(silent) == b""
+
+
+def received(connection: socket.socket) -> bytes:
+    """All that comes until the server ends the connection, by a reset too."""
+    content = b""
+    with contextlib.suppress(ConnectionError):
+        while piece := connection.recv(1 << 16):
+            content += piece
+    return content
+
+
 def is_closed(connection: socket.socket) -> bool:
     try:
         return not connection.recv(1, socket.MSG_PEEK)
