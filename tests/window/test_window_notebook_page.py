@@ -88,6 +88,14 @@ def test_keys_are_the_windows_only_while_it_has_the_focus_and_save_and_find_neve
     assert events(page, "focus") == [{"kind": "focus", "down": False}]
 
 
+def test_a_pen_that_is_taken_away_holds_no_button(page: Page) -> None:
+    for kind in ("pointerdown", "pointercancel"):
+        how = {"pointerType": "pen", "button": 0, "buttons": 1, "clientX": 100, "clientY": 50}
+        page.tell(f"document.querySelector('canvas').dispatchEvent(new PointerEvent('{kind}', {json.dumps(how)}))")
+    told = [(each["kind"], each["down"]) for each in events(page, "button", "focus")]
+    assert told == [("focus", True), ("button", True), ("focus", False), ("focus", True)]
+
+
 def test_the_wheel_scrolls_the_notebook_until_the_window_is_clicked_and_the_menu_stays_away(page: Page) -> None:
     page.wheel(100, 50, 120)
     page.wait_for("scrollY > 0")

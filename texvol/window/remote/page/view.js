@@ -142,7 +142,10 @@ function texvolView(element, send, owns) {
       move(e.clientX, e.clientY);
       if (BUTTONS[e.button]) button(BUTTONS[e.button], false, e);
     },
-    pointercancel: lifted,
+    pointercancel(e) {
+      if (e.pointerType === "touch") return lifted(e);
+      for (const down of [false, true]) put({kind: "focus", down});  // a pen lets go of its buttons, which are not told
+    },
     contextmenu(e) { e.preventDefault(); e.stopPropagation(); },
     wheel(e) {
       if (owns && !text.matches(":focus")) return;
