@@ -175,6 +175,21 @@ def test_python_gives_the_same_page_and_a_frame_for_notebooks(tmp_path: Path) ->
         texvol.turn_page(ramp_volume(), "4y2")
 
 
+@pytest.mark.parametrize("size", [96, (640, 320)])
+def test_a_frame_in_a_notebook_has_room_for_picture_and_buttons(
+    browser: Browser,  # noqa: F811
+    tmp_path: Path,
+    size: int | tuple[int, int],
+) -> None:
+    made = texvol.turn_page(ramp_volume(), "2", size)
+    made.save(tmp_path / "page.html")
+    frame = made._repr_html_()
+    height, width = (int(re.findall(rf'{name}[=:]"?(\d+)', frame)[-1]) for name in ("height", "max-width"))
+    page = Page(browser, tmp_path / "page.html", width, height)
+    assert page.tell("document.getElementById('bar').getBoundingClientRect().bottom") <= height
+    page.close()
+
+
 def test_slices_are_means_of_blocks_in_8_bits() -> None:
     volume = Volume(np.arange(4 * 6 * 8, dtype=np.float32).reshape(4, 6, 8), (1, 1, 2))
     data = samples.slice_data(volume)

@@ -18,7 +18,7 @@ import pytest
 from support.windows import until
 
 from texvol.window.remote import server as servers
-from texvol.window.remote.address import Address
+from texvol.window.remote.address import Address, address
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.server import MOST_CONNECTIONS, Server
 
@@ -181,6 +181,18 @@ def test_a_second_viewer_is_told_and_the_first_goes_on(window: Window) -> None:
         assert b'"frame": 1' in first.recv(1 << 16)
         first.sendall(masked(json.dumps({"events": [{"kind": "move", "x": 3}]})))
         until(lambda: [each.x for each in window.exchange.wait(0.1) if each.kind == "move"] == [3.0])
+
+
+@pytest.mark.parametrize("host", ["127.0.0.2", "LOCALHOST"])
+def test_names_of_others_are_refused_at_every_address_of_this_machine(host: str) -> None:
+    server = Server(Exchange(), address(f"{host}:0"), "12345678")
+    parts = urlsplit(server.url)
+    with server:
+        server.start()
+        for name, expected in ((parts.netloc, b" 200 "), ("texvol.example", b" 403 ")):
+            with closing(socket.create_connection((parts.hostname, parts.port), 60)) as connection:
+                connection.sendall(f"GET /?{parts.query} HTTP/1.1\r\nHost: {name}\r\n\r\n".encode())
+                assert expected in received(connection)
 
 
 def test_what_is_not_started_is_closed() -> None:

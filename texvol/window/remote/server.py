@@ -23,7 +23,7 @@ from urllib.parse import urlsplit
 
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.writing import reason_of
-from texvol.window.remote.address import LOOPBACK, Address
+from texvol.window.remote.address import Address, is_loopback
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.viewer import Viewer
 
@@ -136,7 +136,7 @@ class Server:
         allowed = hmac.compare_digest(token, self._token.encode())
         with contextlib.suppress(ValueError):
             if self._address.is_loopback:
-                allowed &= urlsplit(f"//{host}").hostname in LOOPBACK
+                allowed &= is_loopback(urlsplit(f"//{host}").hostname or "")
             if request.path != "/" or origin is not None:  # a browser says whose page opens a websocket
                 allowed &= origin is not None and urlsplit(origin).netloc == host
             return allowed
