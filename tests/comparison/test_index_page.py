@@ -74,6 +74,11 @@ def test_an_entry_says_what_is_known() -> None:
     assert text.count("3.11") == 1, "what is the same for all is said once"
 
 
+def test_what_is_perceived_of_a_picture_with_a_nan_is_not_said() -> None:
+    page = index_page([entry_of(outcome_of(filled(60, 40, np.nan, 0, 0), filled(60, 40, 0, 0, 0)))])
+    assert "rms <b>∞</b>" in page and "SSIM" not in page and "LIP <b>" not in page
+
+
 def test_a_link_leads_to_the_page_whatever_its_name() -> None:
     assert 'href="pages/other%20size%231.html"' in index_page(one_of_each())
 

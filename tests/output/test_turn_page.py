@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +176,21 @@ def test_python_gives_the_same_page_and_a_frame_for_notebooks(tmp_path: Path) ->
         texvol.turn_page(ramp_volume(), "4y2")
 
 
+@pytest.mark.parametrize("size", [96, (640, 320)])
+def test_a_frame_in_a_notebook_has_room_for_picture_and_buttons(
+    browser: Browser,  # noqa: F811
+    tmp_path: Path,
+    size: int | tuple[int, int],
+) -> None:
+    made = texvol.turn_page(ramp_volume(), "2", size)
+    made.save(tmp_path / "page.html")
+    frame = made._repr_html_()
+    height, width = (int(re.findall(rf'{name}[=:]"?(\d+)', frame)[-1]) for name in ("height", "max-width"))
+    page = Page(browser, tmp_path / "page.html", width, height)
+    assert page.tell("document.getElementById('bar').getBoundingClientRect().bottom") <= height
+    page.close()
+
+
 def test_slices_are_means_of_blocks_in_8_bits() -> None:
     volume = Volume(np.arange(4 * 6 * 8, dtype=np.float32).reshape(4, 6, 8), (1, 1, 2))
     data = samples.slice_data(volume)
@@ -183,6 +199,18 @@ def test_slices_are_means_of_blocks_in_8_bits() -> None:
     assert coarse.shape == (4, 3, 3)
     np.testing.assert_allclose(coarse[0, 0], [volume.values[0, :2, a:b].mean() for a, b in ((0, 3), (3, 6), (6, 8))])
     assert samples._steps(volume, 48) == [2, 2, 1], "blocks are about as long along every axis"
+
+
+def test_missing_samples_of_slices_are_black_and_in_no_mean() -> None:
+    values = np.full((4, 4, 4), -500.0, np.float32)
+    values[:, :, 1] = 300
+    values[:, :, 2:] = np.nan
+    values[0, :, 2] = 100
+    volume = Volume(values)
+    levels = np.frombuffer(zlib.decompress(base64.b64decode(samples.slice_data(volume)["samples"])), np.uint8)
+    row = levels.reshape(4, 4, 4)[2, 2]
+    assert row[0] == row[2] == row[3] == 0 and row[1] == 255
+    assert np.array_equal(samples._coarse(volume, [2, 1, 4])[0, 0], np.float32([-100, 100]))
 
 
 # In the browser.

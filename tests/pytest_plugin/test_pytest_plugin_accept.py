@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -196,4 +197,19 @@ def test_the_page_has_a_command_and_where_it_is_served_a_button(
         page.wait_for("document.getElementById('accept-result').textContent.startsWith('Not accepted: picture')")
     assert reported.run("-k", "far").ret == 0
     assert not page.complaints()[1:], "but for the refused request"
+    page.close()
+
+
+def test_the_command_of_a_report_that_was_moved_names_the_folder_where_it_is(
+    reported: Project,
+    browser: Browser,  # noqa: F811
+    tmp_path: Path,
+) -> None:
+    moved = (reported.folder / "report").rename(tmp_path / "it's ü")
+    page = Page(browser, moved / "index.html")
+    page.click("input[value=far]")
+    lines = page.tell("[...document.querySelectorAll('#accept code')].map(each => each.textContent)")
+    assert [shlex.split(line) for line in lines] == [
+        ["texvol", "accept", str(moved)], ["texvol", "accept", str(moved), "far"]
+    ]  # fmt: skip
     page.close()

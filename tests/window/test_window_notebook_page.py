@@ -12,7 +12,7 @@ from support.browser import Browser, Page
 
 from texvol.window.remote import notebook
 
-CTRL = 2
+CTRL, META = 2, 4
 _PAGE = """<!doctype html><style>body { height: 4000px; margin: 0 }</style>
 <div class="jp-OutputArea-child"><div id="cell"></div></div>
 <div class="jp-OutputArea-child" id="below"><div class="jp-RenderedImage"><img></div></div>
@@ -86,6 +86,29 @@ def test_keys_are_the_windows_only_while_it_has_the_focus_and_save_and_find_neve
     assert [each["name"] for each in events(page, "key") if each["down"]] == ["w", "z", "c"]
     page.click("#else")
     assert events(page, "focus") == [{"kind": "focus", "down": False}]
+
+
+def test_a_pen_that_is_taken_away_holds_no_button(page: Page) -> None:
+    for kind in ("pointerdown", "pointercancel"):
+        how = {"pointerType": "pen", "button": 0, "buttons": 1, "clientX": 100, "clientY": 50}
+        page.tell(f"document.querySelector('canvas').dispatchEvent(new PointerEvent('{kind}', {json.dumps(how)}))")
+    told = [(each["kind"], each["down"]) for each in events(page, "button", "focus")]
+    assert told == [("focus", True), ("button", True), ("focus", False), ("focus", True)]
+
+
+def test_no_key_and_no_ctrl_stay_down_where_no_release_is_told(page: Page) -> None:
+    page.click("canvas")
+    events(page)
+    # macOS tells no release of a key while cmd is down.
+    told = {"type": "rawKeyDown", "key": "z", "modifiers": META, "windowsVirtualKeyCode": 90, "code": "KeyZ"}
+    page.call("Input.dispatchKeyEvent", **told)
+    page.tell(
+        "(() => { const e = new ClipboardEvent('paste', {clipboardData: new DataTransfer()});"
+        "document.activeElement.dispatchEvent(e); })()"
+    )
+    assert [(each["name"], each["down"], each["modifiers"]) for each in events(page, "key")] == [
+        ("z", True, ["ctrl"]), ("z", False, []), ("v", True, ["ctrl"]), ("v", False, [])
+    ]  # fmt: skip
 
 
 def test_the_wheel_scrolls_the_notebook_until_the_window_is_clicked_and_the_menu_stays_away(page: Page) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, cast
 
@@ -172,6 +173,35 @@ def test_the_status_keeps_its_height(desk: Desk) -> None:
                 imgui.end()
                 imgui.end_frame()
             assert len(set(heights)) == 1 and heights[0] > 20
+
+
+def test_parts_of_the_status_do_not_overlap_in_a_narrow_panel(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    director: Any = desk.director
+    director.refining, director.refined, director.at_rest = True, 0.404, False
+    desk.panel_state["rate"] = 24.0
+    parts: list[tuple[float, float]] = []
+    for place, name in ((imgui, "text_unformatted"), (imgui, "text_disabled"), (status.parts, "pressed_toggle")):
+        made = getattr(place, name)
+
+        def noted(*words: Any, made: Any = made) -> Any:
+            answer = made(*words)
+            parts.append((imgui.get_item_rect_min().x, imgui.get_item_rect_max().x))
+            return answer
+
+        monkeypatch.setattr(place, name, noted)
+    counts = []
+    with headless():
+        for width in range(200, 400, 10):
+            parts.clear()
+            imgui.new_frame()
+            imgui.set_next_window_size(imgui.ImVec2(width, 900))
+            imgui.begin("panels")
+            status.show(desk)
+            imgui.end()
+            imgui.end_frame()
+            assert all(one[1] <= other[0] for one, other in pairwise(parts)), (width, parts)
+            counts.append(len(parts))
+    assert counts[0] == 2 and counts[-1] == 3, "the rate is left out where it has no room"
 
 
 def test_error_and_slabs_are_among_the_details(desk: Desk) -> None:

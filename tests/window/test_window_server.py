@@ -18,7 +18,7 @@ import pytest
 from support.windows import until
 
 from texvol.window.remote import server as servers
-from texvol.window.remote.address import Address
+from texvol.window.remote.address import Address, address
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.server import MOST_CONNECTIONS, Server
 
@@ -123,6 +123,42 @@ def test_more_connections_than_there_may_be_are_refused_at_once() -> None:
             until(lambda: sum(map(is_closed, several)) == 3 * MOST_CONNECTIONS)
 
 
+def test_half_open_requests_do_not_delay_a_viewer() -> None:
+    with patch.object(servers, "PATIENCE", 1e6):
+        made = Window()
+        with made.server, contextlib.ExitStack() as closers:
+            made.server.start()
+            for _ in range(300):
+                closers.enter_context(made.connect()).sendall(b"GET / HTTP/1.1\r\n")
+            with closing(made.seen()) as viewer:
+                for _ in range(2 * MOST_CONNECTIONS):  # a viewer does not make room for others
+                    closers.enter_context(made.connect())
+                made.exchange.show(pixels=bytes(12), size=(2, 2))
+                viewer.settimeout(60)
+                assert b'"frame": 1' in viewer.recv(1 << 16)
+
+
+def test_a_connection_ends_with_its_answer_and_with_the_patience_of_the_server() -> None:
+    with patch.object(servers, "PATIENCE", 0.5):
+        made = Window()
+        with made.server:
+            made.server.start()
+            with closing(made.connect()) as refused:
+                refused.sendall(2 * b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
+                assert received(refused).count(b"403 Forbidden") == 1
+            with closing(made.connect()) as silent:
+                assert received(silent) == b""
+
+
+def received(connection: socket.socket) -> bytes:
+    """All that comes until the server ends the connection, by a reset too."""
+    content = b""
+    with contextlib.suppress(ConnectionError):
+        while piece := connection.recv(1 << 16):
+            content += piece
+    return content
+
+
 def is_closed(connection: socket.socket) -> bool:
     try:
         return not connection.recv(1, socket.MSG_PEEK)
@@ -145,6 +181,18 @@ def test_a_second_viewer_is_told_and_the_first_goes_on(window: Window) -> None:
         assert b'"frame": 1' in first.recv(1 << 16)
         first.sendall(masked(json.dumps({"events": [{"kind": "move", "x": 3}]})))
         until(lambda: [each.x for each in window.exchange.wait(0.1) if each.kind == "move"] == [3.0])
+
+
+@pytest.mark.parametrize("host", ["127.0.0.2", "LOCALHOST"])
+def test_names_of_others_are_refused_at_every_address_of_this_machine(host: str) -> None:
+    server = Server(Exchange(), address(f"{host}:0"), "12345678")
+    parts = urlsplit(server.url)
+    with server:
+        server.start()
+        for name, expected in ((parts.netloc, b" 200 "), ("texvol.example", b" 403 ")):
+            with closing(socket.create_connection((parts.hostname, parts.port), 60)) as connection:
+                connection.sendall(f"GET /?{parts.query} HTTP/1.1\r\nHost: {name}\r\n\r\n".encode())
+                assert expected in received(connection)
 
 
 def test_what_is_not_started_is_closed() -> None:

@@ -7,9 +7,17 @@ if (acceptance) {
   const boxes = [...document.querySelectorAll('input[name=accept]')];
   const chosen = () => boxes.filter(each => each.checked && !each.disabled);
 
+  // The command as it was where the report was written; of a report that was moved, with the folder where it is now.
+  let line = command.dataset.command;
+  const folder = decodeURIComponent(location.pathname).replace(/\/[^/]*$/, '').replace(/^\/(?=[A-Za-z]:)/, '');
+  if (location.protocol === 'file:' && !`/${folder}`.endsWith(`/${line.replace('texvol accept ', '')}`)) {
+    line = `texvol accept '${folder.replaceAll("'", "'\\''")}'`;
+    acceptance.querySelector('code').textContent = line;
+  }
+
   const tell = () => {
     const names = chosen().map(each => each.value);
-    command.textContent = [command.dataset.command, ...(names.length ? names : ['PICTURE …'])].join(' ');
+    command.textContent = [line, ...(names.length ? names : ['PICTURE …'])].join(' ');
     button.disabled = !names.length;
     button.textContent = `Accept ${names.length} chosen`;
   };

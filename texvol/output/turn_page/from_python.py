@@ -62,7 +62,7 @@ class TurnPage:
         # Scripts run in a frame without an origin: they see nothing of the notebook.
         return (
             f'<iframe srcdoc="{escape(self.html)}" sandbox="allow-scripts" title="a scene to turn" width="100%" '
-            f'height="{height + 150}" style="border:0;max-width:{max(width, 400) + 40}px"></iframe>'
+            f'height="{max(height, 180) + 150}" style="border:0;max-width:{max(width, 400) + 40}px"></iframe>'
         )
 
 

@@ -79,21 +79,26 @@ def _steps(volume: Volume, most: float) -> list[int]:
 
 
 def _coarse(volume: Volume, steps: list[int]) -> NDArray[np.float32]:
-    """Return the means of blocks, (nz, ny, nx); a few planes at a time, since a volume may fill half of the memory."""
+    """Return the means of blocks, (nz, ny, nx), without missing samples; NaN where all are missing.
+
+    A few planes are taken at a time, since a volume may fill half of the memory.
+    """
     x, y, z = steps
     if volume.labels:
         return np.asarray(volume.values[::z, ::y, ::x], np.float32)
     planes = []
     for first in range(0, volume.shape[0], z):
-        plane = np.nan_to_num(np.asarray(volume.values[first : first + z], np.float32)).mean(axis=0)
+        values = np.asarray(volume.values[first : first + z], np.float32)
+        missing = np.isnan(values)
+        sums, counts = np.where(missing, 0, values).sum(axis=0), (~missing).sum(axis=0)
         for axis, step in ((0, y), (1, x)):
-            starts = np.arange(0, plane.shape[axis], step)
-            sums = np.add.reduceat(plane, starts, axis=axis)
-            counts = np.diff([*starts, plane.shape[axis]])
-            plane = sums / (counts[:, np.newaxis] if axis == 0 else counts)
-        planes.append(plane)
+            starts = np.arange(0, sums.shape[axis], step)
+            sums, counts = np.add.reduceat(sums, starts, axis=axis), np.add.reduceat(counts, starts, axis=axis)
+        planes.append(np.divide(sums, counts, out=np.full(sums.shape, np.nan, np.float32), where=counts > 0))
     return np.asarray(planes, np.float32)
 
 
 def _levels(values: NDArray[np.float32], low: float, high: float) -> NDArray[np.uint8]:
-    return np.rint(np.clip((values - np.float32(low)) / np.float32(high - low), 0, 1) * 255).astype(np.uint8)
+    """Return 8 bits; the lowest level where a sample is missing."""
+    fractions = np.nan_to_num((values - np.float32(low)) / np.float32(high - low), copy=False, nan=0.0)
+    return np.rint(np.clip(fractions, 0, 1) * 255).astype(np.uint8)

@@ -44,10 +44,10 @@ def show(desk: Desk) -> None:
     imgui.align_text_to_frame_padding()
     imgui.text_unformatted(shown)
     rate = _frames_per_second(desk)
-    if rate:
-        text = f"{rate:.0f} frames/s"
-        room = imgui.get_content_region_avail().x - button - style.item_spacing.x
-        imgui.same_line(max(room - imgui.calc_text_size(text).x, imgui.calc_text_size(shown).x) + style.item_spacing.x)
+    text = f"{rate:.0f} frames/s"
+    place = imgui.get_content_region_avail().x - button - imgui.calc_text_size(text).x - style.item_spacing.x
+    if rate and place > imgui.calc_text_size(shown).x + 2 * style.item_spacing.x:  # else the panel is too narrow
+        imgui.same_line(place)
         imgui.text_disabled(text)
     imgui.same_line(max(imgui.get_content_region_avail().x - button, 0.0) + style.window_padding.x)
     if parts.pressed_toggle(label, desk.preferences.details):

@@ -2,30 +2,39 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 import secrets
 from typing import NamedTuple
 
 from texvol.util.errors import InputError
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
+LOOPBACK = "127.0.0.1"
 DEFAULT_PORT = 8765
 _LEAST_TOKEN = 8  # letters
 _ADDRESS = re.compile(r"(\[[0-9A-Fa-f:.]+\]|[A-Za-z0-9.-]*):(\d{1,5})")
 _TOKEN = re.compile(r"[A-Za-z0-9_-]+")
 
 
+def is_loopback(host: str) -> bool:
+    """True if a host is this machine, as it alone sees it."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
+
+
 class Address(NamedTuple):
     """Host and port; if `is_usual`, another port is taken where that one is in use, and port 0 is any free port."""
 
-    host: str = LOOPBACK[0]
+    host: str = LOOPBACK
     port: int = DEFAULT_PORT
     is_usual: bool = True
 
     @property
     def is_loopback(self) -> bool:
         """True if other machines cannot reach it."""
-        return self.host in LOOPBACK
+        return is_loopback(self.host)
 
     def url(self, port: int, token: str) -> str:
         """Return the address to be opened."""
@@ -51,7 +60,7 @@ def address(text: str) -> Address:
     found = _ADDRESS.fullmatch(text)
     if found is None or int(found[2]) > 65535:
         raise InputError(f"--serve must be HOST:PORT, such as 127.0.0.1:{DEFAULT_PORT}, got {text!r}")
-    return Address(found[1].strip("[]") or LOOPBACK[0], int(found[2]), False)
+    return Address(found[1].strip("[]") or LOOPBACK, int(found[2]), False)
 
 
 def token(text: str | None) -> str:

@@ -14,6 +14,7 @@ import logging
 import secrets
 import socket
 import threading
+from collections import deque
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -22,13 +23,12 @@ from urllib.parse import urlsplit
 
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.writing import reason_of
-from texvol.window.remote.address import LOOPBACK, Address
+from texvol.window.remote.address import Address, is_loopback
 from texvol.window.remote.exchange import Exchange
 from texvol.window.remote.viewer import Viewer
 
-MOST_CONNECTIONS = 64
+MOST_CONNECTIONS = 64  # beside those of viewers
 _AT_ONCE = 128  # connections that wait to be accepted, and are accepted together
-_COUNTED = 1.0  # seconds after which an accepted connection is surely counted
 PATIENCE = 10.0  # seconds until a connection has become a viewer's; no page takes longer
 # Seconds of silence after which a viewer is asked whether it is still there; it has half of that to answer. A page says
 # something each second, so that a slow link on which the question waits behind a picture is not taken for a dead one.
@@ -54,7 +54,7 @@ class Server:
         self._web = _library()
         self._busy: set[Any] = set()  # protocols of viewers
         self._sockets: set[Any] = set()
-        self._fresh: set[Any] = set()  # protocols that the library may not count yet
+        self._newest: deque[Any] = deque()  # protocols of connections that came last
         self._pool = ThreadPoolExecutor(viewers, "texvol viewer")
         self._socket = _listening(address)
         self.url = address.url(self._socket.getsockname()[1], token)
@@ -99,28 +99,36 @@ class Server:
             await server.shutdown(1)
 
     def _connected(self, server: Any) -> Any:
-        """Return the protocol of a new connection; if there are too many, one that ends it."""
-        if len({*server.connections, *self._fresh}) >= MOST_CONNECTIONS:
-            return _Refusal()
+        """Return the protocol of a new connection; if there are too many, the oldest one that is no viewer's ends."""
         protocol = server()
-        self._fresh.add(protocol)
-        self._loop.call_later(_COUNTED, self._fresh.discard, protocol)
-
-        def end() -> None:
-            if protocol not in self._busy and protocol.transport is not None:
-                protocol.force_close()
-
-        self._loop.call_later(PATIENCE, end)
+        self._newest.append(protocol)
+        if len(self._newest) > MOST_CONNECTIONS:
+            self._loop.call_soon(self._end, self._newest.popleft())  # not at once: it may be connected in this step
+        self._loop.call_later(PATIENCE, self._end, protocol)
         return protocol
 
+    def _end(self, protocol: Any) -> None:
+        """End a connection that is no viewer's, also one that does not read what was sent."""
+        transport = protocol.transport
+        if protocol not in self._busy and transport is not None:
+            protocol.force_close()
+            transport.abort()
+
     async def _answer(self, request: Any) -> Any:
-        """Answer a request of any kind and path."""
-        web = self._web
+        """Answer a request of any kind and path, and end its connection: answers that nobody reads do not pile up."""
         if not self._is_allowed(request):
-            raise web.HTTPForbidden(text="texvol: wrong token or origin; open the address that texvol view printed\n")
-        if request.method != "GET" or request.path not in ("/", "/window"):
-            raise web.HTTPNotFound(text="texvol: there is nothing here\n")
-        return self._page() if request.path == "/" else await self._view(request)
+            answer = self._refusal(403, "wrong token or origin; open the address that texvol view printed")
+        elif request.method != "GET" or request.path not in ("/", "/window"):
+            answer = self._refusal(404, "there is nothing here")
+        elif request.path == "/window":
+            return await self._view(request)
+        else:
+            answer = self._page()
+        answer.force_close()
+        return answer
+
+    def _refusal(self, status: int, reason: str) -> Any:
+        return self._web.Response(status=status, text=f"texvol: {reason}\n")
 
     def _is_allowed(self, request: Any) -> bool:
         token = request.query.get("token", "").encode("utf-8", "replace")
@@ -128,7 +136,7 @@ class Server:
         allowed = hmac.compare_digest(token, self._token.encode())
         with contextlib.suppress(ValueError):
             if self._address.is_loopback:
-                allowed &= urlsplit(f"//{host}").hostname in LOOPBACK
+                allowed &= is_loopback(urlsplit(f"//{host}").hostname or "")
             if request.path != "/" or origin is not None:  # a browser says whose page opens a websocket
                 allowed &= origin is not None and urlsplit(origin).netloc == host
             return allowed
@@ -204,11 +212,6 @@ def _quiet() -> logging.Logger:
     logger.addHandler(logging.NullHandler())
     logger.propagate = False
     return logger
-
-
-class _Refusal(asyncio.Protocol):
-    def connection_made(self, transport: Any) -> None:
-        transport.abort()
 
 
 def _library() -> Any:

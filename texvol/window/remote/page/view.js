@@ -142,7 +142,10 @@ function texvolView(element, send, owns) {
       move(e.clientX, e.clientY);
       if (BUTTONS[e.button]) button(BUTTONS[e.button], false, e);
     },
-    pointercancel: lifted,
+    pointercancel(e) {
+      if (e.pointerType === "touch") return lifted(e);
+      for (const down of [false, true]) put({kind: "focus", down});  // a pen lets go of its buttons, which are not told
+    },
     contextmenu(e) { e.preventDefault(); e.stopPropagation(); },
     wheel(e) {
       if (owns && !text.matches(":focus")) return;
@@ -164,6 +167,11 @@ function texvolView(element, send, owns) {
     if (/^F([1-9]|1[0-9])$/.test(e.key)) return e.key.toLowerCase();
     return KEYS[e.code] || KEYS[e.key] || (/^[0-9]$/.test(letter) ? letter : "");
   }
+  // A key with ctrl that is released at once: macOS tells no release while cmd is down, and a menu has none.
+  function chord(name, held) {
+    put({kind: "key", name, down: true, modifiers: held});
+    put({kind: "key", name, down: false, modifiers: []});
+  }
   function pressed(e, down) {
     // Function keys are the browser's, but for the window's help. A key that was pressed is released in any case.
     if (e.isComposing || /^F([2-9]|1[0-9])$/.test(e.key) || (down && owns && !owns(e))) return;
@@ -171,7 +179,8 @@ function texvolView(element, send, owns) {
     const isPasted = (e.ctrlKey || e.metaKey) && !e.altKey && e.key.toLowerCase() === "v";
     const name = named(e);
     if (isPasted) return;  // `paste` follows
-    if (name) put({kind: "key", name, down, modifiers: modifiers(e)});
+    if (name && down && e.metaKey) chord(name, modifiers(e));
+    else if (name) put({kind: "key", name, down, modifiers: modifiers(e)});
     if (e.key.length !== 1 || ((e.ctrlKey || e.metaKey) !== e.altKey && (e.ctrlKey || e.metaKey))) e.preventDefault();
   }
   function typed() {
@@ -187,7 +196,7 @@ function texvolView(element, send, owns) {
   text.addEventListener("paste", e => {
     e.preventDefault();
     send({paste: e.clipboardData.getData("text/plain")});
-    for (const down of [true, false]) put({kind: "key", name: "v", down, modifiers: ["ctrl"]});
+    chord("v", ["ctrl"]);
   });
 
   // Frames are drawn one after the other. A picture may come in several pieces; another one ends it.
