@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -34,3 +35,11 @@ def array_of(thing: Any) -> Any:
     except (BufferError, RuntimeError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"array must be one that numpy can read, got {type(thing).__name__}: {reason}") from None
+
+
+def check_is(image: Any, wanted: str, *attributes: str) -> None:
+    """Raise InputError unless an image of another library has the attributes by which it is known."""
+    if all(hasattr(image, each) for each in attributes):
+        return
+    by = "texvol.load" if isinstance(image, str | os.PathLike) else "texvol.Volume"
+    raise InputError(f"image must be {wanted}, got {type(image).__name__}; {by} makes a volume of it")

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats import units
 from texvol.formats.readers.missing import Mark
-from texvol.formats.stores import units
 from texvol.formats.stores.sources import Layout
 
 _EVEN = 1e-3  # of a step, by which coordinates may be uneven
