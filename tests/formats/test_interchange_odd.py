@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -110,3 +111,22 @@ def test_hidden_samples_of_vtk_are_missing() -> None:
     image.point_data["vtkGhostType"] = hidden
     image.set_active_scalars("heat")
     assert np.flatnonzero(np.isnan(Volume.from_pyvista(image).values)).tolist() == [5]
+
+
+def test_labels_in_an_array_have_the_names_of_a_table(tmp_path: Path) -> None:
+    table = tmp_path / "seg.txt"
+    table.write_text("0 Unknown 0 0 0 0\n1 Liver 255 0 0 0\n2 Spleen 0 255 0 0\n", encoding="utf-8")
+    labels = VALUES % 3
+    picture = texvol.render(labels, 32, label_names=table)
+    assert picture.scene is not None
+    volume = picture.scene.volume
+    assert volume.labels and volume.label_table is not None
+    np.testing.assert_array_equal(picture, texvol.render(_saved(tmp_path, labels), 32, label_names=table))
+    assert texvol.render(labels, 16, label_names="none", labels=True).scene.volume.label_table is None
+    with pytest.raises(texvol.InputError, match=r"nowhere\.txt: cannot be read"):
+        texvol.render(labels, 16, label_names="nowhere.txt")
+
+
+def _saved(folder: Path, values: np.ndarray) -> Path:
+    np.save(folder / "labels.npy", values)
+    return folder / "labels.npy"

@@ -115,3 +115,31 @@ def test_a_wrong_length_names_its_file(tmp_path: Path) -> None:
     (tmp_path / "v.vp.json").write_text(json.dumps({"volumeProperties": [{"components": [part]}]}))
     with pytest.raises(InputError, match=r"v\.vp\.json: its unit distance must be a finite number above 0, got 0"):
         TransferFunction.load(tmp_path / "v.vp.json", CUBE)
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "read"),
+    [
+        ("f.json", {}, {}), ("f.vp", {}, {}), ("f.vp.json", {"unit_distance": 0.5}, {}),
+        ("map.json", {"to": "paraview", "unit_distance": 2, "name": "own"}, {"unit_distance": 2}),
+    ],
+)  # fmt: skip
+def test_a_transfer_function_is_saved_for_other_programs(tmp_path: Path, name: str, how: Any, read: Any) -> None:
+    wanted = TransferFunction([0, 50], [[1, 0, 0], [0, 0, 1]], [0.5, 2])
+    wanted.save(tmp_path / name, **how)
+    found = TransferFunction.load(tmp_path / name, **read)
+    np.testing.assert_allclose(found.at([0, 25, 50]), wanted.at([0, 25, 50]), atol=0.005)
+
+
+@pytest.mark.parametrize(
+    ("name", "how", "reason"),
+    [
+        ("f.txt", {}, r"f\.txt: the name must end with .json"), ("f.vp.json", {}, "--unit-distance L must be given"),
+        ("f.json", {"to": "paraview", "unit_distance": 0}, "--unit-distance must be a finite length above 0, got 0"),
+        ("f.json", {"to": "vtk"}, "to must be one of texvol, paraview, slicer, got 'vtk'"),
+        ("no/f.json", {}, "its folder .* does not exist"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_saved_is_refused(tmp_path: Path, name: str, how: Any, reason: str) -> None:
+    with pytest.raises(InputError, match=reason):
+        TransferFunction([0, 50], [[1, 0, 0], [0, 0, 1]], [0.5, 2]).save(tmp_path / name, **how)
