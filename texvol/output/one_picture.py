@@ -79,7 +79,7 @@ def scene_of(what: Any, size: Any = None, **how: Any) -> AskedScene:
     """Return the scene of anything that holds a volume, and how its picture is made; see `render`."""
     if isinstance(what, Scene):
         if how:
-            raise InputError(f"a Scene has its parts: scene.replace({', '.join(how)}=…) changes them")
+            raise InputError(f"a Scene has its parts: {_instead(*how)}")
         return AskedScene(what, _ARGUMENTS["size"].default if size is None else _size(size))
     asked = Asked.of(how)
     if size is not None:
@@ -95,6 +95,15 @@ def scene_of(what: Any, size: Any = None, **how: Any) -> AskedScene:
         volume = options.taken(volume_of(what, **spacing, **asked.told))
     scene = options.scene(volume)
     return AskedScene(scene.replace(**asked.parts) if asked.parts else scene, options.size, options.transparent)
+
+
+def _instead(*names: str) -> str:
+    """Return what does for a Scene what arguments would do for its volume."""
+    parts = [_ALSO.get(name, name) for name in names]
+    for name, part in zip(names, parts, strict=True):
+        if part not in _PARTS:
+            return f"texvol.render(scene.volume, {name}=…) makes another one, by options"
+    return f"scene.replace({'=…, '.join(parts)}=…) changes them"
 
 
 @dataclass
