@@ -50,9 +50,15 @@ def test_an_unknown_dimension_of_length_one_is_left_out() -> None:
 
 
 @pytest.mark.parametrize("take", [Volume.from_xarray, Volume.from_nibabel, Volume.from_sitk, Volume.from_pyvista])
-@pytest.mark.parametrize("thing", [None, VALUES, "head.nii"])
-def test_what_is_no_image_is_refused(take: Any, thing: Any) -> None:
-    with pytest.raises(texvol.InputError, match=rf"image must be an? .*, got {type(thing).__name__}; texvol"):
+@pytest.mark.parametrize(
+    ("thing", "words"),
+    [
+        (None, "NoneType$"), (VALUES, "ndarray; texvol.Volume is one of an array"),
+        ("head.nii", "str; texvol.load reads a file"),
+    ],
+)  # fmt: skip
+def test_what_is_no_image_is_refused(take: Any, thing: Any, words: str) -> None:
+    with pytest.raises(texvol.InputError, match=f"image must be an? .*, got {words}"):
         take(thing)
 
 

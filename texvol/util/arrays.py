@@ -41,5 +41,6 @@ def check_is(image: Any, wanted: str, *attributes: str) -> None:
     """Raise InputError unless an image of another library has the attributes by which it is known."""
     if all(hasattr(image, each) for each in attributes):
         return
-    by = "texvol.load" if isinstance(image, str | os.PathLike) else "texvol.Volume"
-    raise InputError(f"image must be {wanted}, got {type(image).__name__}; {by} makes a volume of it")
+    is_path, is_array = isinstance(image, str | os.PathLike), hasattr(image, "__array__")
+    advice = "; texvol.load reads a file" if is_path else "; texvol.Volume is one of an array" if is_array else ""
+    raise InputError(f"image must be {wanted}, got {type(image).__name__}{advice}")
