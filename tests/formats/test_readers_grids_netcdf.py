@@ -51,6 +51,13 @@ def test_levels_and_latitudes_that_decrease_stay_in_the_files_order(tmp_path: Pa
     assert "different units (degrees_east, degrees_north, hPa)" in information.text(information.metadata(volume))
 
 
+def test_axes_in_several_units_of_length_have_that_of_x(tmp_path: Path) -> None:
+    axes = [("z", Z * 1000, "meters"), ("y", Y, "km"), ("x", X, "kilometers")]
+    volume = load(write_netcdf(tmp_path / "v.nc", marked.marked(), axes))
+    marked.check(volume, position=POSITION)
+    assert (volume.unit, volume.space) == ("km", "x (km), y (km), z (m)")
+
+
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0)])
 def test_axes_that_say_what_they_are_may_stand_in_any_order(tmp_path: Path, order: tuple) -> None:
     axes = [("lev", LEVELS, "hPa"), ("lat", LATITUDES, "degrees_north"), ("lon", LONGITUDES, "degrees_east")]

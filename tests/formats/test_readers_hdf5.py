@@ -47,8 +47,10 @@ def test_sizes_of_elements_and_coordinates_are_spacing(tmp_path: Path) -> None:
     with h5py.File(path, "w") as file:
         file["v"] = marked.marked()
         file["v"].attrs["element_size_um"] = [4.0, 3.0, 2.0]
+        file["v"].attrs["units"] = np.bytes_("kg m-3")
     volume = load(path)
     assert volume.spacing.tolist() == [2, 3, 4] and volume.unit == "µm"
+    assert volume.value_unit == "kg m-3"
     path = tmp_path / "scales.h5"
     with h5py.File(path, "w") as file:
         dataset = file.create_dataset("v", data=marked.marked())
@@ -60,7 +62,7 @@ def test_sizes_of_elements_and_coordinates_are_spacing(tmp_path: Path) -> None:
             dataset.dims[axis].attach_scale(file[name])
     volume = load(path)
     marked.check(volume, position=np.array(marked.ORIGIN) + np.multiply(marked.SPACING, marked.MARK))
-    assert volume.unit == "mm"
+    assert (volume.unit, volume.value_unit) == ("mm", "")
     (tmp_path / "uneven.h5").write_bytes(path.read_bytes())
     with h5py.File(tmp_path / "uneven.h5", "a") as file:
         file["x"][2] += 0.5

@@ -13,6 +13,7 @@ import pytest
 from numpy.typing import NDArray
 from pylibCZIrw import czi
 from support import marked
+from support.missing_library import check_asked_for
 
 from texvol import InputError, load
 from texvol.formats.readers import TimeSeries
@@ -216,3 +217,15 @@ def test_an_nd2_or_czi_that_makes_no_sense(tmp_path: Path) -> None:
     (tmp_path / "t.czi").write_bytes(content[:1000])
     with pytest.raises(InputError, match=r"t\.czi: "):
         load(tmp_path / "t.czi", channel=0, time=0)
+
+
+@pytest.mark.parametrize(("suffix", "library"), [("czi", "pylibCZIrw"), ("nd2", "nd2"), ("lif", "liffile")])
+def test_a_missing_library_is_asked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str, library: str
+) -> None:
+    path = tmp_path / f"v.{suffix}"
+    if suffix == "czi":
+        written_czi(path)
+    else:
+        path.write_bytes(lif() if suffix == "lif" else b"\xda\xce\xbe\x0a" + bytes(200))
+    check_asked_for(monkeypatch, path, library, "microscopy")

@@ -12,6 +12,7 @@ import segyio
 from astropy.io import fits
 from astropy.wcs import WCS
 from support import marked
+from support.missing_library import check_asked_for
 
 from texvol import InputError, MissingExtraError, load
 from texvol.formats.readers import openvdb
@@ -277,3 +278,7 @@ def test_openvdb_without_the_systems_module(tmp_path: Path, monkeypatch: pytest.
     (tmp_path / "v.vdb").write_bytes(b" BDV\0\0\0\0" + bytes(99))
     with pytest.raises(MissingExtraError, match=r"v\.vdb: reading OpenVDB needs .*: apt install python3-openvdb"):
         load(tmp_path / "v.vdb")
+
+
+def test_a_missing_library_of_segy_is_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    check_asked_for(monkeypatch, written_segy(tmp_path / "v.sgy"), "segyio", "seismic")

@@ -98,10 +98,13 @@ def test_ome_calibration(tmp_path: Path) -> None:
     assert volume.unit == "nm"
 
 
-def test_ome_units_that_differ_are_refused(tmp_path: Path) -> None:
+def test_ome_units_that_differ_become_one(tmp_path: Path) -> None:
     metadata = {"axes": "ZYX"} | OME | {"PhysicalSizeZUnit": "mm"}
-    with pytest.raises(InputError, match="must have one unit for its spacing, got nm, nm, mm"):
-        load(written(tmp_path / "v.ome.tif", marked.marked("u2"), ome=True, metadata=metadata))
+    volume = load(written(tmp_path / "v.ome.tif", marked.marked("u2"), ome=True, metadata=metadata))
+    assert (volume.unit, volume.spacing.tolist()) == ("nm", pytest.approx([2, 3, 4e6]))
+    metadata["PhysicalSizeZUnit"] = "reference frame"
+    with pytest.raises(InputError, match="must have units of length for its spacing, got nm, nm, reference frame"):
+        load(written(tmp_path / "w.ome.tif", marked.marked("u2"), ome=True, metadata=metadata))
 
 
 def test_one_of_several_files_of_a_set_is_refused(tmp_path: Path) -> None:

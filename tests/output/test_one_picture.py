@@ -105,11 +105,6 @@ def test_wrong_arguments_are_named(how: dict, message: str) -> None:
     assert str(caught.value) == message
 
 
-def test_options_beside_a_scene_are_refused() -> None:
-    with pytest.raises(texvol.InputError, match=r"scene.replace\(tf=…\) changes them"):
-        texvol.render(texvol.Scene(texvol.Volume(BALL)), tf="fog")
-
-
 def test_replace_names_what_it_does_not_know() -> None:
     scene = texvol.Scene(texvol.Volume(BALL))
     assert scene.replace(mode="mip").mode == "mip"
@@ -157,3 +152,24 @@ print(xarray.DataArray([[[1.0]]], dims=("z", "y", "x")).texvol.volume())"""
     environment = environment_of_child()
     done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert (done.stdout, done.stderr) == ("Volume('array', 1 x 1 x 1 float64, spacing 1, 1, 1)\n", "")
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"tf": "viridis", "light": "none"}, r"scene.replace\(transfer_function=…, lighting=…\) changes them"),
+        ({"view": "front"}, r"texvol.render\(scene.volume, view=…\) makes another one, by options"),
+    ],
+)
+def test_options_for_a_scene_are_refused_with_what_does_instead(how: dict, words: str) -> None:
+    scene = texvol.Scene(texvol.Volume(np.zeros((3, 4, 5), np.float32)))
+    with pytest.raises(texvol.InputError, match=words):
+        texvol.render(scene, 16, **how)
+
+
+def test_a_file_is_no_preset_and_may_be_read(tmp_path: Path) -> None:
+    volume, path = texvol.Volume(np.arange(60.0).reshape(3, 4, 5)), tmp_path / "own.json"
+    texvol.TransferFunction([0, 50], [[1, 0, 0], [0, 0, 1]], [0.5, 2]).save(path)
+    with pytest.raises(texvol.InputError, match=r"not found: texvol.load_look\('.*own.json', volume\) reads a file"):
+        texvol.Scene(volume, str(path))
+    texvol.Scene(volume, texvol.load_look(str(path), volume))

@@ -34,6 +34,9 @@ def main() -> None:
             each.save("b.png")
         fine = renderer.render(scene, (64, 64), max_error=0.01)
     print(texvol.compare(fine, texvol.raycast(scene, (64, 64))).max_error)
+    picture[8:24, :64].save("part.png")
+    ramp.save("ramp.vp.json", unit_distance=2)
+    print(texvol.measure(scene, [texvol.Measure("ruler", [(0, 0, 0), (10, 0, 0)])]), picture.view("u4").shape)
     print(texvol.Volume.from_xarray(texvol.Volume(values).to_xarray()).spacing[0])
 """
 

@@ -7,6 +7,7 @@ import pickle
 from pathlib import Path
 
 import numpy as np
+import PIL.Image
 import pytest
 
 import texvol
@@ -41,7 +42,7 @@ def test_a_picture_is_an_array(picture: texvol.Picture) -> None:
 @pytest.mark.parametrize(
     "compute",
     [
-        lambda p: p * 2, lambda p: p + p, lambda p: np.sqrt(p), lambda p: p[4:8], lambda p: p[..., 3],
+        lambda p: p * 2, lambda p: p + p, lambda p: np.sqrt(p), lambda p: p[4:8, 5], lambda p: p[..., 3],
         lambda p: p.max(axis=2), lambda p: np.concatenate([p, p]), lambda p: np.clip(p, 0, 1), lambda p: np.abs(p - p),
         lambda p: p[3, 4, 0], lambda p: np.where(p > 0.5, p, 0), lambda p: np.stack([p, p]), lambda p: p.mean(axis=0),
     ],
@@ -50,6 +51,27 @@ def test_what_is_computed_of_it_claims_nothing(picture: texvol.Picture, compute)
     found, plain = compute(picture), compute(np.asarray(picture))
     assert not isinstance(found, texvol.Picture)
     np.testing.assert_array_equal(found, plain)
+
+
+@pytest.mark.parametrize("part", [np.s_[4:20], np.s_[4:20, 8:40], np.s_[::-1, ::2]])
+def test_a_part_is_shown_as_the_picture_is_and_claims_nothing(picture: texvol.Picture, part, tmp_path: Path) -> None:
+    found = picture[part]
+    np.testing.assert_array_equal(found, np.asarray(picture)[part])
+    assert found.scene is found.error is None and found.settings == found.stats == {}
+    np.testing.assert_array_equal(found.to_srgb(), picture.to_srgb()[part])
+    found.save(tmp_path / "part.png")
+    assert not [key for key in read_picture(tmp_path / "part.png").attributes if key.startswith("texvol")]
+    found[...] = 0
+    assert not np.asarray(picture)[part].any(), "it is a view, as of any array"
+
+
+def test_a_part_of_a_picture_of_numbers_is_numbers(scene: texvol.Scene) -> None:
+    assert not isinstance(texvol.render(scene.replace(mode="mip"), SIZE)[4:20], texvol.Picture)
+
+
+@pytest.mark.parametrize("how", ["u4", np.dtype("u4"), np.uint32])
+def test_its_numbers_may_be_viewed_as_another_type(picture: texvol.Picture, how) -> None:
+    np.testing.assert_array_equal(picture.view(how), np.asarray(picture).view(np.uint32))
 
 
 @pytest.mark.parametrize("make", [lambda p: p.copy("F"), copy.copy, copy.deepcopy, lambda p: p.astype(np.float64)])
@@ -198,6 +220,25 @@ def test_transparent_colours_are_straight(scene: texvol.Scene) -> None:
     assert straight.shape == (32, 48, 4)
     assert straight[0, 0, 3] == 0
     assert straight[16, 24, 3] > 0
+
+
+def test_a_transparent_background_keeps_the_opacity_wherever_it_is_shown(tmp_path: Path) -> None:
+    options = tmp_path / "scene.toml"
+    np.save(tmp_path / "ball.npy", BALL)
+    options.write_text('volume = "ball.npy"\ntf = "viridis"\nbackground = "transparent"\n', encoding="utf-8")
+    for picture in (
+        texvol.render(BALL, SIZE, tf="viridis", background="transparent"), texvol.render(options, SIZE),
+        texvol.show(options, SIZE, interactive=False),
+    ):  # fmt: skip
+        kept = picture.to_srgb(transparent=True)
+        for each in (picture, pickle.loads(pickle.dumps(picture)), picture.copy()):
+            np.testing.assert_array_equal(each.to_srgb(), kept)
+        assert kept[0, 0, 3] == 0 < kept[16, 24, 3]
+        assert picture.to_srgb(transparent=False).shape == (32, 48, 3)
+        picture.save(tmp_path / "a.png")
+        (tmp_path / "b.png").write_bytes(picture._repr_png_())
+        for name in ("a.png", "b.png"):
+            np.testing.assert_array_equal(np.asarray(PIL.Image.open(tmp_path / name)), kept)
 
 
 @pytest.mark.parametrize("mode", ["composite", "mip"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from texvol.util.statistics import distinct, median, percentile_of_sorted
+from texvol.util.statistics import distinct, histogram, median, percentile_of_sorted
 
 NUMBERS = [
     np.array([3.0]),
@@ -51,3 +51,17 @@ def test_a_picture_imports_none_of_what_they_stand_for(tmp_path: Path) -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.stderr.strip() == "" and (tmp_path / "a.png").exists()
+
+
+@pytest.mark.parametrize(
+    "ends", [(0.0, 2.0), (1e15, 1e15 + 1), (2.0**60, 2.0**60 + 256), (7.0, 7.0), (0.0, 1e-323), (-4e307, 4e307)]
+)
+def test_a_histogram_of_neighbouring_numbers_has_all_bins(ends: tuple[float, float]) -> None:
+    numbers = np.array([ends[0], ends[1], ends[1]])
+    with np.errstate(all="raise"):
+        counts, edges = histogram(numbers, 64, ends)
+    assert (counts.sum(), counts.size) == (3, 64)
+    assert (np.diff(edges) > 0).all()
+    assert histogram(numbers, 64, (-1.7e308, 1.7e308))[0].sum() == (numbers <= 4e307).sum()
+    if ends == (0.0, 2.0):
+        np.testing.assert_array_equal(edges, np.histogram(numbers, 64, ends)[1])

@@ -27,7 +27,7 @@ def measure(text: str) -> Measure:
         article = "an" if kind == "angle" else "a"
         raise argparse.ArgumentTypeError(f"must have {POINTS[kind]} points X,Y,Z for {article} {kind}, got {text!r}")
     given = texts.count(samples, "samples") if colon else None
-    return texts.made(lambda: Measure(kind, tuple(points), name.strip(), samples=given), names_option=True)  # type: ignore[arg-type]
+    return texts.made(lambda: Measure(kind, tuple(points), name.strip(), samples=given), names_option=True)
 
 
 def measure_table(table: Mapping[str, Any]) -> Measure:

@@ -21,6 +21,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb, srgb_from_linear
 from texvol.util.errors import TexvolError
+from texvol.util.statistics import histogram
 
 _SIDE = 128  # pixels of a thumbnail
 _MOST = 256  # samples along an axis that a thumbnail looks at
@@ -93,7 +94,7 @@ def _projections(values: NDArray[np.float64], edges: NDArray[np.float64], ends: 
 
 def _histogram(values: NDArray[np.float64], ends: tuple[float, float]) -> str:
     """Return the logarithmic histogram of the values, SVG."""
-    counts, _ = np.histogram(values, _BINS, ends if ends[0] < ends[1] else (ends[0] - 0.5, ends[0] + 0.5))
+    counts, _ = histogram(values, _BINS, ends)
     heights = np.log1p(counts) / np.log1p(counts.max()) * 100
     bars = "".join(
         f'<rect x="{number}" y="{100 - height:.1f}" width="1" height="{height:.1f}"/>'

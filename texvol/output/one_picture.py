@@ -7,7 +7,7 @@ import inspect
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, NamedTuple
 
 from texvol.formats.interchange import volume_of
 from texvol.options import reading
@@ -60,17 +60,27 @@ def render(
         If a name is not known, or a value is out of range.
     """
     accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
-    scene, size_of_scene = scene_of(what, size, **how)
+    asked = scene_of(what, size, **how)
     with Renderer(backend, device=device, pipeline=pipeline) as renderer:
-        return renderer.render(scene, size_of_scene, **accuracy)
+        picture = renderer.render(asked.scene, asked.size, **accuracy)
+    picture.transparent = asked.transparent
+    return picture
 
 
-def scene_of(what: Any, size: Any = None, **how: Any) -> tuple[Scene, tuple[int, int]]:
-    """Return the scene of anything that holds a volume, and the size of its picture; see `render`."""
+class AskedScene(NamedTuple):
+    """Scene that was asked for, the size of its picture, and if the picture keeps its opacity."""
+
+    scene: Scene
+    size: tuple[int, int]
+    transparent: bool = False
+
+
+def scene_of(what: Any, size: Any = None, **how: Any) -> AskedScene:
+    """Return the scene of anything that holds a volume, and how its picture is made; see `render`."""
     if isinstance(what, Scene):
         if how:
-            raise InputError(f"a Scene has its parts: scene.replace({', '.join(how)}=…) changes them")
-        return what, _ARGUMENTS["size"].default if size is None else _size(size)
+            raise InputError(f"a Scene has its parts: {_instead(*how)}")
+        return AskedScene(what, _ARGUMENTS["size"].default if size is None else _size(size))
     asked = Asked.of(how)
     if size is not None:
         asked.chosen["size"] = _size(size)
@@ -84,7 +94,16 @@ def scene_of(what: Any, size: Any = None, **how: Any) -> tuple[Scene, tuple[int,
         spacing = {} if options.spacing is None else {"spacing": options.spacing}
         volume = options.taken(volume_of(what, **spacing, **asked.told))
     scene = options.scene(volume)
-    return (scene.replace(**asked.parts) if asked.parts else scene), options.size
+    return AskedScene(scene.replace(**asked.parts) if asked.parts else scene, options.size, options.transparent)
+
+
+def _instead(*names: str) -> str:
+    """Return what does for a Scene what arguments would do for its volume."""
+    parts = [_ALSO.get(name, name) for name in names]
+    for name, part in zip(names, parts, strict=True):
+        if part not in _PARTS:
+            return f"texvol.render(scene.volume, {name}=…) makes another one, by options"
+    return f"scene.replace({'=…, '.join(parts)}=…) changes them"
 
 
 @dataclass

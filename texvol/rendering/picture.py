@@ -94,10 +94,17 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
     It knows its scene, settings, report and error as long as its numbers are those that were drawn, however they were
     changed: a checksum of all is compared whenever they are asked for. Computing with it gives plain arrays; a copy
     knows as much as the picture itself, also in another process. It keeps its scene in memory.
-    `plt.imshow(picture)` shows it in sRGB over its background, as a file of it does.
+    `plt.imshow(picture)` shows it in sRGB over its background, as a file of it does; and a part of it, such as
+    `picture[10:20]`, as well, which knows nothing else.
+
+    Attributes
+    ----------
+    transparent : bool
+        True if files and what else shows it keep the opacity unless told otherwise.
     """
 
     _made_from: Drawn | None
+    transparent: bool
 
     @classmethod
     def of(cls, array: NDArray[np.floating], drawn: Drawn) -> Picture:
@@ -107,14 +114,15 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         return picture
 
     @classmethod
-    def restored(cls, array: NDArray[np.floating], drawn: Drawn | None) -> Picture:
-        """Return a picture that was pickled."""
+    def restored(cls, array: NDArray[np.floating], drawn: Drawn | None, transparent: bool = False) -> Picture:
+        """Return a picture that was pickled, or a part of one."""
         picture = array.view(cls)
-        picture._made_from = drawn
+        picture._made_from, picture.transparent = drawn, transparent
         return picture
 
     def __array_finalize__(self, other: Any) -> None:
         self._made_from = getattr(other, "_made_from", None)
+        self.transparent = getattr(other, "transparent", False)
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, out: Any = (), **named: Any) -> Any:
         """Compute with plain arrays."""
@@ -124,10 +132,14 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         return out[0] if len(out) == 1 else found
 
     def __getitem__(self, key: Any) -> Any:
-        return _plain(self)[key]
+        found = _plain(self)[key]
+        is_part = isinstance(found, np.ndarray) and found.ndim == 3 and found.shape[2] == 4
+        is_colored = self._is_picture and not self._holds_numbers
+        return Picture.restored(found, None, self.transparent) if is_part and is_colored else found
 
     def __reduce__(self) -> Any:
-        return Picture.restored, (_plain(self), self._made_from if self._holds_numbers else self.drawn)
+        drawn = self._made_from if self._holds_numbers else self.drawn
+        return Picture.restored, (_plain(self), drawn, self.transparent)
 
     def __deepcopy__(self, memo: dict[int, Any] | None) -> Picture:
         return self.copy()
@@ -138,7 +150,7 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         matplotlib takes images for straight sRGB colours and has no way to be told otherwise, but asks every array for
         a masked view, which is answered with such colours.
         """
-        if how and how[0].__name__ == "MaskedArray" and _is_asked_by_matplotlib():
+        if how and getattr(how[0], "__name__", "") == "MaskedArray" and _is_asked_by_matplotlib():
             return _shown_by_matplotlib(self).view(*how, **named)
         return super().view(*how, **named)
 
@@ -179,19 +191,21 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
         found: float | None = drawn.stats.get("estimated_error")
         return found
 
-    def to_srgb(self, *, transparent: bool = False, window: Window | None = None) -> NDArray[np.uint8]:
+    def to_srgb(self, *, transparent: bool | None = None, window: Window | None = None) -> NDArray[np.uint8]:
         """Return the picture in sRGB, shape (height, width, 3), or (height, width, 4) with straight colour.
 
         Parameters
         ----------
-        transparent : bool
-            True to keep the opacity, where the scene's background is black.
+        transparent : bool, optional
+            True to keep the opacity, where the scene's background is black; that of the picture by default.
         window : (centre, width), optional
             Numbers that are black to white, of the modes xray, mip, minip and average; found by default.
         """
-        return image.eight_bits(self._colors(window), transparent)
+        return image.eight_bits(self._colors(window), self.transparent if transparent is None else transparent)
 
-    def save(self, path: str | os.PathLike[str], *, transparent: bool = False, window: Window | None = None) -> None:
+    def save(
+        self, path: str | os.PathLike[str], *, transparent: bool | None = None, window: Window | None = None
+    ) -> None:
         """Write an EXR (the numbers as they are), PNG or JPEG; the header has the scene, if it is known.
 
         Raises
@@ -209,11 +223,14 @@ class Picture(np.ndarray[tuple[int, int, int], np.dtype[np.float32]]):
             display = {"window": window} if self._holds_numbers and window is not None else {}
             name, how = drawn.scene.volume.name, {"settings": drawn.settings, "display": display}
             metadata = dict(drawn.attributes) | scene_metadata(name, drawn.scene, **how, checksum=is_exact)
-        writing.write_files({path: image.encoded(path, pixels, metadata, transparent=transparent)})
+        kept = self.transparent if transparent is None else transparent
+        writing.write_files({path: image.encoded(path, pixels, metadata, transparent=kept)})
 
     def _repr_png_(self) -> bytes | None:
         """Return the picture as a notebook shows it; None if it was made into an array of another shape."""
-        return image.encoded("picture.png", self._colors(None), quick=True) if self._is_picture else None
+        if not self._is_picture:
+            return None
+        return image.encoded("picture.png", self._colors(None), transparent=self.transparent, quick=True)
 
     def __repr__(self) -> str:
         drawn = self.drawn
@@ -282,5 +299,7 @@ def _is_asked_by_matplotlib() -> bool:
 
 
 def _shown_by_matplotlib(picture: Picture) -> NDArray[np.float32]:
-    """Return the picture in sRGB from 0 to 1, over its background."""
+    """Return the picture in sRGB from 0 to 1, over its background, or with its opacity."""
+    if picture.transparent:
+        return np.divide(picture.to_srgb(), 255, dtype=np.float32)
     return srgb_from_linear(picture._colors(None)[..., :3]).astype(np.float32)

@@ -20,7 +20,7 @@ from texvol.scene.spaces import letters_of_space
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import LARGEST_LABEL, Volume
 from texvol.util.errors import InputError
-from texvol.util.statistics import distinct, percentile_of_sorted
+from texvol.util.statistics import distinct, histogram, percentile_of_sorted
 
 KindName = Literal[
     "labels", "colours", "fluorescence", "CT", "MR", "distance", "signed", "field", "measured", "constant"
@@ -184,7 +184,7 @@ def _has_two_signs(volume: Volume, samples: NDArray[np.float64]) -> bool:
         return False
     large = samples[np.abs(samples) > _NEAR_ZERO * most]
     below = float((large < 0).mean())
-    counts, edges = np.histogram(samples, bins=32, range=(low, high))
+    counts, edges = histogram(samples, 32, (low, high))
     mode = float(edges[counts.argmax()] + edges[counts.argmax() + 1]) / 2
     lies_low = counts.max() >= samples.size / 4 and mode < low / 2  # a background at the low end, as of scaled images
     return min(below, 1 - below) >= _BOTH_SIGNS and not lies_low

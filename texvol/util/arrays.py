@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import numpy as np
@@ -34,3 +35,12 @@ def array_of(thing: Any) -> Any:
     except (BufferError, RuntimeError, TypeError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise InputError(f"array must be one that numpy can read, got {type(thing).__name__}: {reason}") from None
+
+
+def check_is(image: Any, wanted: str, *attributes: str) -> None:
+    """Raise InputError unless an image of another library has the attributes by which it is known."""
+    if all(hasattr(image, each) for each in attributes):
+        return
+    is_path, is_array = isinstance(image, str | os.PathLike), hasattr(image, "__array__")
+    advice = "; texvol.load reads a file" if is_path else "; texvol.Volume is one of an array" if is_array else ""
+    raise InputError(f"image must be {wanted}, got {type(image).__name__}{advice}")

@@ -19,6 +19,7 @@ _FUNCTIONS = {
     "from_xarray": "formats.interchange",
     "load_scene": "options.scene_of_file",
     "preset": "scene.transfer.presets",
+    "save_transfer_function": "scene.transfer.saving",
     "to_nibabel": "formats.interchange",
     "to_pyvista": "formats.interchange",
     "to_sitk": "formats.interchange",

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 _CHUNK = 2**20
+_LARGEST = 4e307  # twice this is still a number
+_SMALLEST = 1e-290  # bins over the width of numbers that are smaller overflow
 _ON_A_STEP = 1e-3  # steps, with 16 bits: float32 resolves a 256th of a step of numbers as large as the range
 
 
@@ -35,6 +37,18 @@ def median(numbers: Sequence[float]) -> float:
     """Return the middle number, or the mean of the two middle numbers, of at least one number."""
     ordered = sorted(numbers)
     return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
+
+
+def histogram(
+    numbers: NDArray[np.float64], bins: int, ends: tuple[float, float]
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Return counts and edges of even bins between two ends, wider where float64 has too few numbers between them."""
+    low, high = max(ends[0], -_LARGEST), min(ends[1], _LARGEST)
+    narrowest = 2 * bins * float(np.spacing(max(abs(low), abs(high), _SMALLEST)))
+    if high - low < narrowest:
+        room = narrowest if high > low else max(narrowest, 0.5)
+        low, high = low - room, high + room
+    return np.histogram(numbers, bins, (low, high))
 
 
 def chunks(numbers: NDArray) -> Iterator[NDArray]:

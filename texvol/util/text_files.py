@@ -79,7 +79,7 @@ def read_text(path: str | os.PathLike[str], kind: str, most_bytes: int) -> str:
         size = max(size, len(content))
         raise InputError(f"{path}: is too long: must have at most {most_bytes} bytes, got {size}")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # without the byte order mark that some editors write
     except UnicodeDecodeError:
         raise InputError(f"{path}: is not {kind}: it is not UTF-8 text") from None
 

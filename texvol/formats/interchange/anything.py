@@ -10,6 +10,7 @@ import numpy as np
 from texvol.formats.interchange.medical import from_nibabel, from_sitk
 from texvol.formats.interchange.named import from_xarray
 from texvol.formats.interchange.vtk_images import from_pyvista
+from texvol.formats.label_tables import table_for
 from texvol.scene.volume import Volume
 from texvol.util.arrays import array_of
 from texvol.util.errors import InputError
@@ -24,7 +25,7 @@ def volume_of(thing: Any, **told: Any) -> Volume:
     Parameters
     ----------
     told
-        Arguments of `texvol.load` for a path, else of `Volume`.
+        Arguments of `texvol.load` for a path, else of `Volume`, and `label_names`.
 
     Raises
     ------
@@ -39,6 +40,8 @@ def volume_of(thing: Any, **told: Any) -> Volume:
         if told:
             raise InputError(f"a Volume is what it is: {', '.join(told)} must be given when it is made")
         return thing
+    if (table := told.pop("label_names", None)) is not None:
+        return _named(volume_of(thing, **({"labels": True} | told)), table)
     for is_one, convert in ((_is_xarray, from_xarray), (_is_nibabel, from_nibabel), (_is_sitk, from_sitk)):
         if is_one(thing):
             return _converted(convert, thing, told)
@@ -49,6 +52,12 @@ def volume_of(thing: Any, **told: Any) -> Volume:
 
         return _converted(open_array, thing, told)
     return _converted(Volume, array_of(thing), told)
+
+
+def _named(volume: Volume, table: str | os.PathLike[str]) -> Volume:
+    """Return the volume with the names and colours of labels of a file."""
+    volume.label_table = table_for(volume.name, os.fspath(table))
+    return volume
 
 
 def _converted(convert: Any, thing: Any, told: dict[str, Any]) -> Volume:

@@ -10,12 +10,16 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.samples import FileFault, grid_from_columns
+from texvol.formats.units import metres_of
 from texvol.scene.spaces import turned
 from texvol.scene.volume import Volume
+from texvol.util.arrays import check_is
 from texvol.util.errors import InputError, missing_extra, missing_library
 
 RAS, LPS = "right-anterior-superior", "left-posterior-superior"
+_UNPACKED = "SimpleITK.Cast(image, SimpleITK.sitkUInt8) makes samples of it"
 _SHORT = {"mm": "mm", "meter": "m", "micron": "µm", "unknown": "mm"}
+_MILLIMETRE = 1e-3
 _WORDS = {"mm": "mm", "m": "meter", "µm": "micron"}
 
 
@@ -27,6 +31,9 @@ def from_nibabel(image: Any, *, name: str = "image", labels: bool = False, value
     InputError
         If it has not three axes, or its affine leaves no volume.
     """
+    check_is(image, "an image of nibabel", "dataobj", "affine")
+    while len(image.shape) > 3 and image.shape[-1] == 1:
+        image = image.slicer[..., 0]
     if len(image.shape) != 3:
         advice = "image.slicer[..., t] is one step" if len(image.shape) == 4 else "a volume has three"
         raise InputError(f"{name}: the image must have 3 axes, got shape {tuple(image.shape)}; {advice}")
@@ -53,13 +60,15 @@ def to_nibabel(volume: Volume) -> Any:
         raise missing_extra("nibabel", "formats", "an image of nibabel") from error
 
     moved = turned(volume.whole, RAS)
+    factor = 1.0 if moved.unit in _WORDS else _millimetres(moved)
     affine = np.eye(4)
-    affine[:3, :3], affine[:3, 3] = moved.world_from_index, moved.origin
+    affine[:3, :3], affine[:3, 3] = factor * moved.world_from_index, factor * moved.origin
     values = moved.values
     if values.dtype == np.float16:
         values = values.astype(np.float32)  # the format has no smaller one
     image = nibabel.Nifti1Image(values.transpose(2, 1, 0), affine, dtype=values.dtype)
-    image.header.set_xyzt_units(_WORDS.get(volume.unit, "unknown"))
+    known = "mm" if metres_of(moved.unit) else "unknown"
+    image.header.set_xyzt_units(_WORDS.get(moved.unit, known))
     return image
 
 
@@ -71,8 +80,12 @@ def from_sitk(image: Any, *, name: str = "image", labels: bool = False, value_un
     InputError
         If it has not three axes, or several components for each sample.
     """
+    check_is(image, "an image of SimpleITK", "GetDirection", "GetPixelIDTypeAsString")
     import SimpleITK
 
+    kind = image.GetPixelIDTypeAsString()
+    if kind.startswith("label of"):  # SimpleITK ends the process if it is asked for more
+        raise InputError(f"{name}: the image must hold samples, got {kind}; {_UNPACKED}")
     if image.GetDimension() != 3:
         raise InputError(f"{name}: the image must have 3 axes, got {image.GetDimension()}")
     if image.GetNumberOfComponentsPerPixel() != 1:
@@ -87,7 +100,7 @@ def from_sitk(image: Any, *, name: str = "image", labels: bool = False, value_un
 
 
 def to_sitk(volume: Volume) -> Any:
-    """Return the volume as an image of SimpleITK, in the same type."""
+    """Return the volume as an image of SimpleITK, in the same type; known units of length become millimetres."""
     try:
         import SimpleITK
     except ImportError as error:
@@ -95,7 +108,14 @@ def to_sitk(volume: Volume) -> Any:
     moved = turned(volume.whole, LPS)
     values = moved.values.astype(np.float32) if moved.dtype == np.float16 else moved.values
     image = SimpleITK.GetImageFromArray(values)
-    image.SetSpacing(moved.spacing.tolist())
-    image.SetOrigin(moved.origin.tolist())
+    factor = _millimetres(moved)
+    image.SetSpacing((factor * moved.spacing).tolist())
+    image.SetOrigin((factor * moved.origin).tolist())
     image.SetDirection(moved.direction.ravel().tolist())
     return image
+
+
+def _millimetres(volume: Volume) -> float:
+    """Return the millimetres of the volume's unit; 1 for a unit that is no known length."""
+    metres = metres_of(volume.unit)
+    return 1.0 if metres is None else metres / _MILLIMETRE

@@ -8,6 +8,7 @@ import numpy as np
 
 from texvol.formats.stores.arrays import open_array
 from texvol.scene.volume import Volume
+from texvol.util.arrays import check_is
 from texvol.util.errors import InputError, missing_library
 
 
@@ -35,6 +36,7 @@ def from_xarray(array: Any, **told: Any) -> Volume:
     if hasattr(array, "data_vars"):
         listed = ", ".join(map(str, array.data_vars)) or "none"
         raise InputError(f"array must be a DataArray, got Dataset; dataset['NAME'] is one, it has {listed}")
+    check_is(array, "a DataArray of xarray", "dims", "coords")
     attributes = getattr(array, "attrs", {})
     told.setdefault("name", str(array.name or attributes.get("long_name") or "array"))
     told.setdefault("value_unit", str(attributes.get("units", "")))

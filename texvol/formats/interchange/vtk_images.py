@@ -7,8 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.formats.readers.missing import without_where
+from texvol.formats.readers.vtk_xml import GHOSTS, HIDDEN_CELL, HIDDEN_POINT
 from texvol.formats.stores.coordinates import EVEN
 from texvol.scene.volume import Volume
+from texvol.util.arrays import check_is
 from texvol.util.errors import InputError, missing_library
 
 _ADVICE = "pyvista's resample, or texvol.load of its file, makes one of other grids"
@@ -29,20 +32,23 @@ def from_pyvista(
     InputError
         If it is another grid or an uneven one, has no such array, or one of several components.
     """
+    check_is(image, "an ImageData of pyvista or VTK", "IsA", "GetPointData")
     if image.IsA("vtkRectilinearGrid"):
         image = _even(image, name)
     if not image.IsA("vtkImageData"):
         raise InputError(f"{name}: a volume must be an ImageData, got {image.GetClassName()}; {_ADVICE}")
     values, of_cells = _samples(image, scalars, name)
     extent = np.array(image.GetExtent()).reshape(3, 2)
-    counts = extent[:, 1] - extent[:, 0] + (0 if of_cells else 1)
+    is_flat = extent[:, 1] == extent[:, 0]  # cells of a flat image lie in its plane
+    counts = extent[:, 1] - extent[:, 0] + (is_flat if of_cells else 1)
     direction = image.GetDirectionMatrix()
     matrix = np.array([[direction.GetElement(row, column) for column in range(3)] for row in range(3)])
     spacing = np.array(image.GetSpacing())
-    first = extent[:, 0] + (0.5 if of_cells else 0.0)
+    first = extent[:, 0] + (0.5 * ~is_flat if of_cells else 0.0)
     origin = np.array(image.GetOrigin()) + matrix @ (spacing * first)
+    values = values.reshape(counts[::-1])
     return Volume(
-        values.reshape(counts[::-1]), spacing.tolist(), origin.tolist(), matrix,
+        values if labels else _without_hidden(image, values, of_cells), spacing.tolist(), origin.tolist(), matrix,
         name=name, labels=labels, value_unit=value_unit,
     )  # fmt: skip
 
@@ -80,7 +86,8 @@ def to_pyvista(volume: Volume) -> Any:
     image = pyvista.ImageData(
         dimensions=whole.dimensions, spacing=whole.spacing, origin=whole.origin, direction_matrix=whole.direction
     )
-    image.point_data[volume.name] = whole.values.ravel()
+    values = whole.values.ravel()
+    image.point_data[volume.name] = values.astype(np.float32) if values.dtype == np.float16 else values
     return image
 
 
@@ -89,17 +96,32 @@ def _samples(image: Any, wanted: str | None, name: str) -> tuple[NDArray, bool]:
     from vtkmodules.util.numpy_support import vtk_to_numpy
 
     parts = (image.GetPointData(), image.GetCellData())
-    named = [(part, part.GetArrayName(number)) for part in parts for number in range(part.GetNumberOfArrays())]
+    listed = [(part, part.GetArrayName(number)) for part in parts for number in range(part.GetNumberOfArrays())]
+    named = [(part, each) for part, each in listed if each != GHOSTS]
     chosen = [(part, part.GetScalars()) for part in parts if part.GetScalars() is not None]
     if wanted is not None:
-        chosen = [(part, part.GetArray(each)) for part, each in named if each == wanted]
+        chosen = [(part, part.GetAbstractArray(each)) for part, each in named if each == wanted]
     elif not chosen and len(named) == 1:
-        chosen = [(named[0][0], named[0][0].GetArray(0))]
+        chosen = [(named[0][0], named[0][0].GetAbstractArray(named[0][1]))]
     if not chosen:
-        listed = ", ".join(each for _, each in named) or "none"
-        raise InputError(f"{name}: scalars must name one of its arrays ({listed}), got {wanted!r}")
+        names = ", ".join(each for _, each in named) or "none"
+        raise InputError(f"{name}: scalars must name one of its arrays ({names}), got {wanted!r}")
     part, array = chosen[0]
+    if not array.IsNumeric():
+        raise InputError(f"{name}: the array {array.GetName()} must hold numbers, got {array.GetClassName()}")
     if array.GetNumberOfComponents() != 1:
         count = array.GetNumberOfComponents()
         raise InputError(f"{name}: the array {array.GetName()} must have 1 component, got {count}")
     return vtk_to_numpy(array), part is parts[1]
+
+
+def _without_hidden(image: Any, values: NDArray, of_cells: bool) -> NDArray:
+    """Return the values, with NaN for those of points or cells that VTK hides."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+
+    ghosts = (image.GetCellData() if of_cells else image.GetPointData()).GetArray(GHOSTS)
+    if ghosts is None:
+        return values
+    values.flags.writeable = False  # missing samples are marked in a copy
+    hidden = (vtk_to_numpy(ghosts) & (HIDDEN_CELL if of_cells else HIDDEN_POINT) != 0).reshape(values.shape)
+    return without_where(values, lambda number, _: hidden[number])[0]

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
 _PATIENCE = 5.0  # seconds
+_MISSING = b"\0"  # first byte of a message that is the name of a library
 
 
 class Child:
@@ -106,6 +107,8 @@ def check_survived(attempt: Callable[[], object]) -> None:
     ------
     FileFault
         If `attempt` raises, ends its process, or takes too long.
+    ModuleNotFoundError
+        If `attempt` needs a library that is not installed.
     """
 
     def work(output: Connection) -> None:
@@ -114,6 +117,8 @@ def check_survived(attempt: Callable[[], object]) -> None:
             output.send_bytes(b"")
         except FileFault as fault:
             output.send_bytes(library_reason(fault).encode())
+        except ImportError as error:
+            output.send_bytes(_MISSING + (error.name or str(error)).encode())
         except Exception as error:
             output.send_bytes(f"cannot be read: {fault_of(error)}".encode())
 
@@ -124,5 +129,8 @@ def check_survived(attempt: Callable[[], object]) -> None:
             raise FileFault(f"is corrupt or too complex: it is not opened within {_PATIENCE:g} seconds") from None
         except EOFError as end:
             raise FileFault(f"is corrupt: reading it crashes the library ({end})") from None
+    if message.startswith(_MISSING):
+        library = message.removeprefix(_MISSING).decode().partition(".")[0]
+        raise ModuleNotFoundError(f"No module named {library!r}", name=library)
     if message:
         raise FileFault(message.decode("utf-8", "replace"))

@@ -13,6 +13,7 @@ import numpy as np
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, grid_from_columns, pick, unnamed_axes
 from texvol.formats.readers.stored import LONGEST_HEADER, Stored, data_files, header_lines, read_files
+from texvol.formats.units import length_unit
 
 # The format has no field for colour; ITK writes colours as bytes, and vectors as other types.
 _COLOR_OF_BYTES = "channels of bytes"
@@ -117,7 +118,7 @@ def _grid(fields: Mapping[str, str], count: int) -> dict[str, Any]:
 
 def _unit(fields: Mapping[str, str]) -> str:
     name = fields.get("DistanceUnits", "mm")  # MetaIO leaves the default unit open; its data are medical
-    return {"um": "µm", "?": "", "": ""}.get(name, name)
+    return "" if name == "?" else length_unit(name)
 
 
 def _numbers(fields: Mapping[str, str], key: str, kind: type, count: int | None = None) -> list[Any]:

@@ -34,6 +34,7 @@ from texvol.formats.readers.netcdf_header import check_classic, check_heaps
 from texvol.formats.readers.rectilinear import Axis, axis_of, on_axes
 from texvol.formats.readers.resampling import type_between
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_size, check_unpacked, once, pick
+from texvol.formats.units import common_length
 
 _MOST_NAMED = 8  # variables listed in a message
 _MARKS = ("_FillValue", "missing_value", "valid_range", "valid_min", "valid_max")
@@ -82,21 +83,25 @@ def _read(dataset: Any, choice: Choice) -> Samples:
         check_size(chunks, variable.dtype.itemsize)
     values, about = without_chosen(_values(variable, index, choice).transpose(order), choice)
     auxiliary = _auxiliary(dataset, variable, dimensions, spatial)
+    coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
+    units = [unit_of(each) for each in coordinates]
+    unit, factors, mixed = common_length(units)
     if auxiliary:
         parts = zip(dimensions, index, strict=True)
         chosen = {dimension.name: part for dimension, part in parts if not isinstance(part, slice)}
         # Positions that change with time are those of one step.
         moves = any(set(each.dimensions) & set(chosen) for each in auxiliary.values())
-        samples = on_points(values, _points(auxiliary, axes, chosen), choice._replace(kept=None) if moves else choice)
-        coordinates = [auxiliary.get(role, axis.coordinate) for role, axis in zip("ZYX", axes, strict=True)]
+        points = _points(auxiliary, axes, chosen) * factors[::-1]
+        samples = on_points(values, points, choice._replace(kept=None) if moves else choice)
     else:
-        samples = on_axes(values, [_axis(axis) for axis in axes[::-1]], choice)
-        coordinates = [axis.coordinate for axis in axes]
+        placed = [_axis(axis, factor) for axis, factor in zip(axes, factors, strict=True)]
+        samples = on_axes(values, placed[::-1], choice)
     names = [axis.name if each is None else each.name for axis, each in zip(axes, coordinates, strict=True)]
-    units = [unit_of(each) for each in coordinates[::-1]]
-    world, mixed = _world(names[::-1], units)
-    notes = (note, *about, *mixed)
-    return samples._replace(value_unit=attribute(variable, "units"), notes=notes, **world, **_times(dimensions))
+    described = [f"{name} ({each})" if each else name for name, each in zip(names, units, strict=True)]
+    return samples._replace(
+        value_unit=attribute(variable, "units"), unit=unit, space=", ".join(described[::-1]),
+        notes=(note, *about, *mixed), **_times(dimensions),
+    )  # fmt: skip
 
 
 def _chosen(dataset: Any, wanted: str | None) -> tuple[Any, str]:
@@ -185,11 +190,12 @@ def _without_masked(values: NDArray, dtype: np.dtype) -> NDArray:
     return plain
 
 
-def _axis(dimension: Dimension) -> Axis:
-    """Return the coordinates of a dimension: those of the file, or sample numbers."""
+def _axis(dimension: Dimension, factor: float = 1.0) -> Axis:
+    """Return the coordinates of a dimension: those of the file times a factor, or sample numbers."""
     if dimension.coordinate is None:
         return Axis(np.arange(dimension.size, dtype=np.float64), dimension.name)
-    return axis_of(_coordinates(dimension.coordinate, (slice(None),)), dimension.name)
+    axis = axis_of(_coordinates(dimension.coordinate, (slice(None),)), dimension.name)
+    return axis.scaled(factor)
 
 
 def _coordinates(variable: Any, index: tuple[Any, ...]) -> NDArray:
@@ -237,17 +243,6 @@ def _points(auxiliary: dict[str, Any], axes: Sequence[Dimension], chosen: dict[s
         shape = [each.size if each.name in names else 1 for each in axes]
         points[..., 2 - column] = part.reshape(shape)
     return points
-
-
-def _world(names: Sequence[str], units: Sequence[str]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return unit and space of the world, with the names of its axes x, y, z, and a note if their units differ."""
-    described = [f"{name} ({unit})" if unit else name for name, unit in zip(names, units, strict=True)]
-    space = ", ".join(described)
-    if len(set(units)) == 1:
-        return {"unit": units[0], "space": space}, ()
-    listed = ", ".join(unit or "no unit" for unit in units)
-    note = f"its axes have different units ({listed}); --spacing X,Y,Z makes them comparable"
-    return {"unit": "", "space": space}, (note,)
 
 
 def _times(dimensions: Sequence[Dimension]) -> dict[str, Any]:

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from texvol.formats.units import length_unit
+
 _STANDARD_NAMES = {
     "T": ("time",),
     "X": ("longitude", "projection_x_coordinate", "grid_longitude"),
@@ -129,8 +131,7 @@ def attribute(variable: Any | None, name: str) -> str:
 
 def unit_of(variable: Any | None) -> str:
     """Return the unit of an axis in its usual notation."""
-    units = attribute(variable, "units")
-    return {"meter": "m", "meters": "m", "metre": "m", "metres": "m", "kilometer": "km", "1": ""}.get(units, units)
+    return length_unit(attribute(variable, "units"))
 
 
 def is_number(variable: Any) -> bool:

@@ -19,6 +19,7 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check
 from texvol.formats.readers.segments import listed as segments_in_words
 from texvol.formats.readers.segments import merged, of_nrrd
 from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files
+from texvol.formats.units import length_unit
 
 _TYPES = {
     "i1": "signed char, int8, int8_t",
@@ -271,4 +272,4 @@ def _axis_start(header: Mapping[str, Any], axis: int, spacing: float) -> float:
 def _unit(units: Sequence[str]) -> str:
     names = {str(unit).strip('"') for unit in units} - {"", "???", "none"}
     unit = names.pop() if len(names) == 1 else ""
-    return {"um": "µm", "micron": "µm", "microns": "µm", "millimeter": "mm", "angstrom": "Å"}.get(unit, unit)
+    return length_unit(unit)

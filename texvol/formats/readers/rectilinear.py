@@ -31,6 +31,11 @@ class Axis(NamedTuple):
     rounding: float = 0.0
     width: float | None = None
 
+    def scaled(self, factor: float) -> Axis:
+        """Return the axis with all lengths times a factor."""
+        width = None if self.width is None else self.width * factor
+        return Axis(self.coordinates * factor, self.name, self.rounding * factor, width)
+
     @property
     def step(self) -> float:
         """Mean distance of the samples, signed; 0 for a single sample."""

@@ -20,17 +20,7 @@ from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, check_unpacked, pick, real_type
 from texvol.formats.readers.tiff_channels import channels_of
 from texvol.formats.readers.tiff_pages import check_pages, check_planes
-
-_UNIT_NAMES = {
-    "µm": "micron microns micrometer micrometre um \u03bcm \\u00b5m",
-    "mm": "millimeter millimetre",
-    "nm": "nanometer nanometre",
-    "cm": "centimeter",
-    "Å": "angstrom",
-    "in": "inch",
-    "": "pixel pixels",
-}
-_UNITS = {name: unit for unit, names in _UNIT_NAMES.items() for name in names.split()}
+from texvol.formats.units import common_length, length_unit
 
 # Values of the tags PhotometricInterpretation, Compression and ExtraSamples (TIFF 6.0).
 _GDAL_NODATA = 42113
@@ -157,7 +147,7 @@ def _calibration(tif: Any, steps: int) -> dict[str, Any]:
         said, tags = tif.imagej_metadata, tif.pages[0].tags
         unit = str(said.get("unit") or "").strip()
         spacing = [_resolution(tags, "XResolution"), _resolution(tags, "YResolution"), float(said.get("spacing") or 1)]
-        found = {"spacing": spacing, "unit": _UNITS.get(unit.lower(), unit)}
+        found = {"spacing": spacing, "unit": length_unit(unit)}
         between = float(said.get("finterval") or 0)
         time_unit = str(said.get("tunit") or "s").replace("sec", "s")
     if steps < 2 or not 0 < between < np.inf:
@@ -185,11 +175,13 @@ def _ome_spacing(attributes: dict[str, str]) -> dict[str, Any]:
     if not any(sizes):
         return {}
     # OME's default unit is the micrometre, per axis.
-    units = [attributes.get(f"PhysicalSize{axis}Unit", "µm") for axis, size in zip("XYZ", sizes, strict=True) if size]
-    names = {_UNITS.get(unit.lower(), unit) for unit in units}
-    if len(names) > 1:
-        raise FileFault(f"must have one unit for its spacing, got {', '.join(units)}; give --spacing")
-    return {"spacing": [float(size) if size else 1.0 for size in sizes], "unit": names.pop()}
+    told = [attributes.get(f"PhysicalSize{axis}Unit", "µm") for axis in "XYZ"]
+    units = [length_unit(unit) if size else "" for unit, size in zip(told, sizes, strict=True)]
+    unit, factors, different = common_length(units[::-1])
+    if different:
+        raise FileFault(f"must have units of length for its spacing, got {', '.join(told)}; give --spacing")
+    spacing = [float(size) * factor if size else 1.0 for size, factor in zip(sizes, factors[::-1], strict=True)]
+    return {"spacing": spacing, "unit": unit}
 
 
 def _folder(path: str, choice: Choice) -> Samples:

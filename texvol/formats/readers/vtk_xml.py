@@ -21,7 +21,7 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check
 from texvol.formats.readers.vti_arrays import Appended, Document
 
 _COLOR_NAMES = ("rgb", "rgba", "color", "colors", "colour", "colours")
-_GHOSTS, _HIDDEN_POINT, _HIDDEN_CELL = "vtkGhostType", 2, 32  # vtkDataSetAttributes
+GHOSTS, HIDDEN_POINT, HIDDEN_CELL = "vtkGhostType", 2, 32  # vtkDataSetAttributes
 _HINT = "; --variable NAME chooses"
 _LONGEST_HEADER = 2**20  # bytes in which appended data begin, unless other arrays stand inline before them
 
@@ -104,14 +104,14 @@ def _without_blank(
     grid: Grid, values: NDArray, data: Sequence[Element], choice: Choice
 ) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without the points or cells that VTK's array of ghosts hides, and notes."""
-    found = (each.find(f"DataArray[@Name='{_GHOSTS}']") for each in data)
+    found = (each.find(f"DataArray[@Name='{GHOSTS}']") for each in data)
     ghosts = [array for array in found if array is not None]
     if choice.labels or len(ghosts) < len(data):
         return values, ()
     kinds = grid.assembled(ghosts, 1, at_points=grid.at_points, dtype=np.dtype(np.uint8))[..., 0]
-    bit = _HIDDEN_POINT if grid.at_points else _HIDDEN_CELL
+    bit = HIDDEN_POINT if grid.at_points else HIDDEN_CELL
     marked, count = without_where(values, lambda number, part: (kinds[number] & bit) != 0)
-    return marked, noted(count, f"array {_GHOSTS}")
+    return marked, noted(count, f"array {GHOSTS}")
 
 
 def document_of(path: str, kind: str) -> Document:
@@ -149,7 +149,7 @@ def sizes_of(extent: list[int], at_points: bool) -> list[int]:
 
 def _array(data: Element, wanted: str | None) -> Element:
     """Return the array named `wanted`, or the one marked as scalars, or the only one."""
-    arrays = [each for each in data.findall("DataArray") if each.get("Name") != _GHOSTS]
+    arrays = [each for each in data.findall("DataArray") if each.get("Name") != GHOSTS]
     named = {array.get("Name", ""): array for array in arrays}
     chosen = data.get("Scalars") if wanted is None else wanted
     if chosen is not None and chosen in named:

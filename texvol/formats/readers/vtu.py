@@ -16,11 +16,10 @@ from texvol.formats.readers.samples import Choice, FileFault, Samples, check_siz
 from texvol.formats.readers.splitting import SHAPES
 from texvol.formats.readers.unstructured import Cells, Field, chosen_name, samples_of, tetrahedral
 from texvol.formats.readers.vti_arrays import Document
-from texvol.formats.readers.vtk_xml import document_of
+from texvol.formats.readers.vtk_xml import GHOSTS, HIDDEN_POINT, document_of
 from texvol.scene.tetrahedra import TetrahedralGrid
 from texvol.util import reach
 
-_GHOSTS, _HIDDEN_POINT = "vtkGhostType", 2  # vtkDataSetAttributes
 _LEFT_OUT = 32 | 1  # hidden cells, and copies of those of other pieces
 
 # VTK's numbers of linear cells (vtkCellType.h), and of cells of higher order, whose first nodes are their corners.
@@ -109,7 +108,7 @@ def _chosen(pieces: Sequence[_Piece], choice: Choice) -> tuple[str, bool, tuple[
         if data is None:
             continue
         for array in data.findall("DataArray"):
-            if array.get("Name", "") != _GHOSTS:
+            if array.get("Name", "") != GHOSTS:
                 named.setdefault(array.get("Name", ""), kind == "PointData")
         marked = data.get("Scalars") if marked not in named else marked
     name, notes = chosen_name(named, choice.variable, marked)
@@ -199,21 +198,21 @@ def _numbers(piece: _Piece, name: str, count: int) -> NDArray[np.intp]:
 
 
 def _shown(piece: _Piece) -> NDArray[np.bool_]:
-    array = _array(piece, "CellData", _GHOSTS)
+    array = _array(piece, "CellData", GHOSTS)
     if array is None:
         return np.ones(piece.cells, np.bool_)
-    return (piece.document.array(array, [piece.cells, 1], _GHOSTS)[:, 0].astype(np.uint8) & _LEFT_OUT) == 0
+    return (piece.document.array(array, [piece.cells, 1], GHOSTS)[:, 0].astype(np.uint8) & _LEFT_OUT) == 0
 
 
 def _without_hidden(pieces: Sequence[_Piece], values: NDArray) -> tuple[NDArray, tuple[str, ...]]:
     """Return values without those of hidden points, and a note."""
-    ghosts = [_array(piece, "PointData", _GHOSTS) for piece in pieces]
+    ghosts = [_array(piece, "PointData", GHOSTS) for piece in pieces]
     if all(array is None for array in ghosts):
         return values, ()
     hidden = np.concatenate([
         np.zeros(piece.points, np.bool_) if array is None
-        else (piece.document.array(array, [piece.points, 1], _GHOSTS)[:, 0].astype(np.uint8) & _HIDDEN_POINT) != 0
+        else (piece.document.array(array, [piece.points, 1], GHOSTS)[:, 0].astype(np.uint8) & HIDDEN_POINT) != 0
         for piece, array in zip(pieces, ghosts, strict=True)
     ])  # fmt: skip
     marked, count = without_where(values.T, lambda *_: hidden)
-    return marked.T, noted(count, f"array {_GHOSTS}")
+    return marked.T, noted(count, f"array {GHOSTS}")

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats import units
 from texvol.formats.readers.netcdf_axes import role_of
 from texvol.formats.readers.samples import FileFault
-from texvol.formats.stores import units
 from texvol.formats.stores.placing import letter_of
 from texvol.formats.stores.sources import Layout
 
@@ -29,7 +29,7 @@ def names_of(array: Any) -> list[str | None]:
 
 
 def letters_by_name(array: Any, names: Sequence[str]) -> str:
-    """Return a letter for each dimension: X, Y, Z, T or C.
+    """Return a letter for each dimension: X, Y, Z, T or C, or ? for an unknown one of length 1 beside X, Y and Z.
 
     Raises
     ------
@@ -40,6 +40,8 @@ def letters_by_name(array: Any, names: Sequence[str]) -> str:
     tables: tuple[Callable[[str], str], ...] = (letter_of, lambda name: role_of(None, name))
     candidates = [[each or table(name) for each, name in zip(told, names, strict=True)] for table in tables]
     for found in candidates:
+        if {"X", "Y", "Z"} <= set(found):
+            found[:] = [each or ("?" if size == 1 else "") for each, size in zip(found, array.shape, strict=True)]
         if sorted(set(found) & set("XYZ")) == ["X", "Y", "Z"] and "" not in found and _are_different(found):
             return "".join(found)
     found = candidates[0]
@@ -54,8 +56,10 @@ def letters_by_name(array: Any, names: Sequence[str]) -> str:
     if len(unknown) != 3 or set(found) & set("XYZ"):
         wanted = "the dimensions must be named for z, y, x (and channel, time)"
         one = names[unknown[0] if unknown else 0]
-        role = "channel" if set("XYZ") <= set(found) else "z"
-        raise FileFault(f"{wanted}, got {listed}; array.rename({one}='{role}') names one")
+        fixed = f"array.rename({one}='z') names one"
+        if set("XYZ") <= set(found):
+            fixed = f"array.rename({one}='channel') makes channels of it, array.isel({one}=0) leaves it out"
+        raise FileFault(f"{wanted}, got {listed}; {fixed}")
     for number, letter in zip(unknown, "ZYX", strict=True):
         found[number] = letter
     return "".join(found)

@@ -1,7 +1,8 @@
 """Grid and marks of missing samples of an HDF5 dataset, by its attributes.
 
 The format itself has no spacing. Read are even coordinates in dimension scales with an attribute `units` (netCDF-4),
-`element_size_um` of Fiji's and ilastik's files (z, y, x), and the marks `_FillValue` and `missing_value`.
+`element_size_um` of Fiji's and ilastik's files (z, y, x), the unit of the values, `units`, and the marks `_FillValue`
+and `missing_value`.
 """
 
 from __future__ import annotations
@@ -11,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats import units
 from texvol.formats.readers.missing import Mark
-from texvol.formats.stores import units
 from texvol.formats.stores.sources import Layout
 
 _EVEN = 1e-3  # of a step, by which coordinates may be uneven
@@ -20,10 +21,11 @@ _LONGEST = 1 << 20  # coordinates along an axis
 
 
 def grid_of(dataset: Any, layout: Layout) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return spacing, origin and unit of a dataset, and notes."""
+    """Return spacing, origin and units of a dataset, and notes."""
+    value_unit = _units(dataset)
     sizes = _numbers(dataset.attrs.get("element_size_um"))
     if len(sizes) == 3 and min(sizes) > 0:
-        return {"spacing": sizes[::-1], "unit": "µm"}, ()
+        return {"spacing": sizes[::-1], "unit": "µm", "value_unit": value_unit}, ()
     spacing, origin, found, notes = [1.0] * 3, [0.0] * 3, [""] * 3, []
     for number, axis in enumerate(layout.order):
         scale = None if axis is None else _scale(dataset, axis)
@@ -41,7 +43,8 @@ def grid_of(dataset: Any, layout: Layout) -> tuple[dict[str, Any], tuple[str, ..
     unit, factors, more = units.common_length(found)
     spacing = [each * factor for each, factor in zip(spacing, factors, strict=True)]
     origin = [each * factor for each, factor in zip(origin, factors, strict=True)]
-    return {"spacing": spacing[::-1], "origin": origin[::-1], "unit": unit}, (*notes, *more)
+    grid = {"spacing": spacing[::-1], "origin": origin[::-1], "unit": unit, "value_unit": value_unit}
+    return grid, (*notes, *more)
 
 
 def marks_of(dataset: Any) -> tuple[Mark, ...]:
@@ -59,11 +62,16 @@ def _scale(dataset: Any, axis: int) -> tuple[np.ndarray, str] | None:
     scale = scales[0]
     if scale.shape != (dataset.shape[axis],) or scale.dtype.kind not in "iuf" or scale.shape[0] > _LONGEST:
         return None
-    named = scale.attrs.get("units", "")
-    text = named.decode("latin-1") if isinstance(named, bytes) else str(named)
     values = np.asarray(scale[()], np.float64)
     # netCDF makes a scale without coordinates for each dimension; it is filled with zeros.
-    return None if values.size > 1 and not values.any() else (values, units.length_unit(text))
+    return None if values.size > 1 and not values.any() else (values, units.length_unit(_units(scale)))
+
+
+def _units(dataset: Any) -> str:
+    """Return the attribute `units`, empty unless it is a text."""
+    named = dataset.attrs.get("units", "")
+    text = named.decode("latin-1") if isinstance(named, bytes) else named
+    return text.strip() if isinstance(text, str) else ""
 
 
 def _numbers(thing: Any) -> Sequence[float]:

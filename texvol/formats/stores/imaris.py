@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats import units
 from texvol.formats.readers.samples import Choice, FileFault, Samples, once
-from texvol.formats.stores import units
 from texvol.formats.stores.hdf5 import LOCK, Hdf5Source, opened
 from texvol.formats.stores.placing import layout_of
 from texvol.formats.stores.pyramid import checked_levels, levels_of

@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from texvol.formats import units
 from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.samples import Choice, FileFault, Samples, once
-from texvol.formats.stores import units
 from texvol.formats.stores.access import Store
 from texvol.formats.stores.images import image_of
 from texvol.formats.stores.ome import Image

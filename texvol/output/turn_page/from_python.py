@@ -105,7 +105,7 @@ def turn_page(
     columns, rows = _views(views)
     turn = orbit.Turn(axis, rows=rows)
     accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
-    scene, size = scene_of(what, size, **how)
+    scene, size, _ = scene_of(what, size, **how)
     if columns * rows > page.MOST_VIEWS or max(size) > page.MOST_SIDE:
         raise InputError(f"views must be at most {page.MOST_VIEWS} of {page.MOST_SIDE} pixels, got {views!r} of {size}")
     framed = _framed(scene, size, turn)

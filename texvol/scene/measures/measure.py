@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.util.errors import InputError
 
@@ -49,6 +49,13 @@ class Measure:
     name: str = ""
     shown: bool = True
     samples: int | None = None
+
+    if TYPE_CHECKING:  # what may be given, beside what is kept
+
+        def __init__(
+            self, kind: str, points: Sequence[Sequence[float]] | NDArray[Any], name: str = "", shown: bool = True,
+            samples: int | None = None,
+        ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:  # a list would have no hash

@@ -22,13 +22,13 @@ _NAME = re.compile(r"[\w:+.-]{1,80}")
 
 
 def is_color_map(name: str) -> bool:
-    """True if the library knows a colour map of that name."""
+    """True if the library knows a colour map of that name, or of a name without `_r`, which reverses it."""
     if not _NAME.fullmatch(name):
         return False
     from cmap import Catalog
 
     try:
-        return name in Catalog()
+        return name.removesuffix("_r") in Catalog()
     except (ValueError, KeyError, TypeError):  # a catalogue does not say no
         return False
 

@@ -28,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.scene.transfer import pieces
 from texvol.scene.transfer.graded import Contour, Graded
 from texvol.scene.transfer.pieces import LARGEST_VALUE, ROUNDING, Flags, Numbers
+from texvol.scene.transfer.saved import Saved
 from texvol.scene.volume import Volume
 from texvol.util import text_files
 from texvol.util.color import linear_colors
@@ -46,7 +47,7 @@ class Classified(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class TransferFunction(KeepsArrays, ShownInNotebooks):
+class TransferFunction(KeepsArrays, Saved, ShownInNotebooks):
     """Control points (value, colour or emission, extinction), in data and world units.
 
     Parameters
@@ -228,44 +229,6 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
             most += max(max(contour.emission) - contour.extinction, 0.0)
         return most
 
-    def as_json(self) -> dict[str, Any]:
-        """Return the content of a transfer-function file, in data and world units; reading it gives the same again."""
-        columns = self.values, self.colors, self.extinctions
-        points = [_point_of(self, *point) for point in zip(*columns, strict=True)]
-        content: dict[str, Any] = {"points": points}
-        if self.glows:
-            content["emission"] = "emissive" if self.emissive else "premultiplied"
-        if self.modulation is not None:
-            content["gradient"] = self.modulation.tolist()
-        if self.graded:
-            content["graded"] = [
-                {
-                    "points": [
-                        {"value": float(value), "emission": emission.tolist(), "extinction": float(extinction)}
-                        for value, emission, extinction in zip(
-                            graded.values, graded.emissions, graded.extinctions, strict=True
-                        )
-                    ],
-                    "gradient": [float(graded.start), float(graded.full)],
-                }
-                for graded in self.graded
-            ]
-        if self.contours:
-            content["contours"] = [
-                {
-                    "value": float(contour.value),
-                    "world_thickness": float(contour.thickness),
-                    "emission": list(contour.emission),
-                    "extinction": float(contour.extinction),
-                }
-                for contour in self.contours
-            ]
-        if self.materials:
-            content["material_names"] = list(self.materials)
-        if self.material_colors:
-            content["material_colors"] = [list(color) for color in self.material_colors]
-        return content
-
     def classify(self, values: ArrayLike, magnitudes: ArrayLike | None = None) -> Classified:
         """Return emission and extinction of each value; both are 0 where the value is NaN.
 
@@ -386,13 +349,6 @@ class TransferFunction(KeepsArrays, ShownInNotebooks):
         level = np.zeros((1, 4))  # the two outer segments
         slope = np.vstack([level, pieces.slopes(self.values, self.numbers), level])
         return self.values[left], self.numbers[left], slope, opaque
-
-
-def _point_of(function: TransferFunction, value: float, color: Numbers, extinction: float) -> dict[str, Any]:
-    opaque = bool(np.isinf(extinction))  # which is written as opacity 1
-    glows = function.emissive or (function.premultiplied and not opaque)
-    point = {"value": float(value), "emission" if glows else "color": color.tolist()}
-    return point | ({"opacity": 1.0} if opaque else {"extinction": float(extinction)})
 
 
 # Transfer function of pictures of the values themselves, in which nothing is classified.

@@ -7,6 +7,7 @@ values are fractions of the range that holds the medium: from where the backgrou
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
@@ -191,6 +192,8 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
         If the volume is of labels, which no preset is for.
     """
     if not is_named(name):
+        if os.path.isfile(name):
+            raise InputError(f"preset {name!r} not found: texvol.load_look({name!r}, volume) reads a file")
         raise InputError(f"preset {name!r} not found; known are {', '.join(PRESETS)}{did_you_mean(name, PRESETS)}")
     if volume.labels:
         raise InputError(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
-from texvol.util.statistics import percentile_of_sorted
+from texvol.util.statistics import histogram, percentile_of_sorted
 
 CHOICES = {
     "values": ("data", "percentile", "range", "matter"),
@@ -145,7 +145,7 @@ def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
         low, high = samples[0], samples[-1]
     if not high > low:
         return low - 0.5, low + 0.5  # a constant volume lies in the middle of its range
-    counts, edges = np.histogram(samples, bins=64, range=(low, high))
+    counts, edges = histogram(samples, 64, (low, high))
     mode = int(counts[:24].argmax())
     if counts[mode] < samples.size / 20:
         return float(percentile_of_sorted(samples, 5)), float(high)

@@ -14,9 +14,8 @@ from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any
 
-from texvol.output.one_picture import ACCURACY, scene_of
+from texvol.output.one_picture import ACCURACY, render, scene_of
 from texvol.rendering.picture import Picture
-from texvol.rendering.renderer import Renderer
 from texvol.scene.scene import Scene
 from texvol.util.errors import InputError, missing_extra
 from texvol.util.package import environment_of_child
@@ -64,15 +63,12 @@ def show(
     MissingExtraError
         If the widget needs a library that is not installed.
     """
-    accuracy = {name: how.pop(name) for name in ACCURACY if name in how}
-    if interactive:
-        if accuracy:
-            raise InputError(f"{min(accuracy)} is of a picture: give interactive=False with it")
-        _check_libraries()  # before anything is read
-    scene, pixels = scene_of(what, size, **how)
     if not interactive:
-        with Renderer(backend, device=device) as renderer:
-            return renderer.render(scene, pixels, **accuracy)
+        return render(what, size, backend=backend, device=device, **how)
+    if accuracy := set(ACCURACY) & set(how):
+        raise InputError(f"{min(accuracy)} is of a picture: give interactive=False with it")
+    _check_libraries()  # before anything is read
+    scene, pixels, _ = scene_of(what, size, **how)
     name = os.path.abspath(what) if isinstance(what, str | os.PathLike) else scene.volume.name
     boxes.teach(lambda each: isinstance(each, _widget_class()))
     return _widget_class()(Window(with_stand_ins(scene), pixels, name, panels=panels, drawn_by=(backend, device)))
@@ -246,5 +242,4 @@ def _widget_class() -> Any:
 def first_picture(window: Window) -> Picture:
     """Return the picture of a window that no cell has shown yet."""
     backend, device = window.drawn_by
-    with Renderer(backend, device=device) as renderer:
-        return renderer.render(window.scene, window.size)
+    return render(window.scene, window.size, backend=backend, device=device)

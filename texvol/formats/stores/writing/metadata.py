@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from texvol.formats.stores.units import time_unit, time_word, unit_word
 from texvol.formats.stores.writing.recording import Recording
+from texvol.formats.units import time_unit, time_word, unit_word
 from texvol.scene.channel import Channel
 from texvol.util.color import srgb_from_linear
 

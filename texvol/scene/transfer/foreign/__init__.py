@@ -56,10 +56,11 @@ def read_text(path: str | os.PathLike[str], unit_distance: float | None = None) 
     kind, parse = _TEXTS[os.path.splitext(os.fspath(path))[1].lower()]
     text = text_files.read_text(path, kind, _MOST_BYTES)
     try:
-        return _told(path, parse(text), unit_distance)
+        content = parse(text)
     except (ValueError, OverflowError) as error:
         message = str(error) if isinstance(error, InputError) else f"is not {kind}: {error}"
         raise InputError(f"{os.fspath(path)}: {message}") from None
+    return _told(path, content, unit_distance)
 
 
 def located(path: str | os.PathLike[str]) -> tuple[str, str | None]:
@@ -107,7 +108,10 @@ def of_json(
 
 def _told(path: str | os.PathLike[str], content: Content, unit_distance: float | None) -> dict[str, Any]:
     """Return the content with the length of its opacities, and remark what was taken."""
-    fields, notes = content.with_length(unit_distance)
+    try:
+        fields, notes = content.with_length(unit_distance)
+    except InputError as error:
+        raise InputError(f"{os.fspath(path)}: {error}") from None
     name = os.path.basename(os.fspath(path))
     for note in notes:
         remarks.make_at_end(_Remark((f"{name}: {note}",)))

@@ -23,6 +23,7 @@ Numbers = NDArray[np.float64]
 Mix = Callable[[Numbers, Numbers, float], Numbers]
 _LINE, _STEP = 0.01, 0.99  # sharpness
 _MOST = 1 << 16  # nodes
+_ROUNDING = 1e-6  # by which numbers of other programs may lie outside of [0, 1]
 
 
 class Node(NamedTuple):
@@ -130,12 +131,27 @@ def nodes_of(
         raise InputError(f"{what} must have at most {_MOST} points, got {len(table)}")
     if not ordered:
         table = table[np.argsort(table[:, 0], kind="stable")]
+    numbers_of = table[:, 1 : 1 + width]
+    clipped = np.clip(numbers_of, 0, 1)
+    numbers_of[:] = np.where(np.abs(numbers_of - clipped) < _ROUNDING, clipped, numbers_of)
     check_table(table, width, what)
     shapes = table[:, 1 + width :] if shaped else np.tile([0.5, 0.0], (len(table), 1))
     return [
         Node(float(row[0]), row[1 : 1 + width].copy(), float(shape[0]), float(shape[1]))
         for row, shape in zip(table, shapes, strict=True)
     ]
+
+
+def bounded(nodes: Sequence[Node], below: Numbers | None, above: Numbers | None) -> list[Node]:
+    """Return nodes with other numbers before the first and after the last, where these are given."""
+    first = [] if below is None else [Node(nodes[0].value, below)]
+    return [*first, *nodes, *([] if above is None else [Node(nodes[-1].value, above)])]
+
+
+def check_positive(nodes: Sequence[Node], what: str) -> None:
+    """Raise InputError unless the values of nodes have logarithms."""
+    if not nodes[0].value > 0:
+        raise InputError(f"values of {what}, got {nodes[0].value:g}")
 
 
 def check_table(table: Numbers, width: int, what: str) -> None:

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from texvol.scene.transfer.foreign.color_spaces import SPACES
+from texvol.scene.transfer.foreign.color_spaces import SPACES, in_rgb
 from texvol.scene.transfer.foreign.content import Content, Length
-from texvol.scene.transfer.foreign.curves import Curve, Node, nodes_of
+from texvol.scene.transfer.foreign.curves import Curve, Mix, Node, Numbers, bounded, check_positive, nodes_of
 from texvol.util.errors import InputError
 from texvol.util.suggestions import did_you_mean
 
@@ -78,8 +78,8 @@ def _paraview(fields: dict[str, Any]) -> Content:
     numbers = _floats(fields["RGBPoints"], "RGBPoints")
     nodes = nodes_of(numbers, 3, "RGBPoints", ordered=False)
     is_logarithmic = bool(fields.get("UseLogScale", False))
-    if is_logarithmic and not nodes[0].value > 0:
-        raise InputError(f"values of RGBPoints must be above 0 with UseLogScale, got {nodes[0].value:g}")
+    if is_logarithmic:
+        check_positive(nodes, "RGBPoints must be above 0 with UseLogScale")
     color = Curve(nodes, SPACES[space], logarithmic=is_logarithmic)
     opacity = None
     if fields.get("Points"):
@@ -156,14 +156,14 @@ def _vtk(objects: dict[str, dict[str, Any]]) -> Content:
         raise InputError(f"must have one vtkVolumeProperty, got {len(properties)}")
     of = properties[0]
     color = _vtk_color(_linked(of, "RGBTransferFunction", named))
-    opacity = Curve(nodes_of(_vtk_data(_linked(of, "ScalarOpacityFunction", named)), 1, "ScalarOpacityFunction"))
+    opacity = _vtk_opacity(_linked(of, "ScalarOpacityFunction", named))
     keys: dict[str, Any] = {}
     if _first(of.get("Shade")):
         keys |= lit(*(_float(_first(of.get(name)), name) for name in _RAISED))
     notes: tuple[str, ...] = ()
     if _first(of.get("GradientOpacityFunction")) and not _first(of.get("DisableGradientOpacity")):
-        data = _vtk_data(_linked(of, "GradientOpacityFunction", named))
-        more, notes = by_gradient(nodes_of(data, 1, "GradientOpacityFunction"))
+        state = _linked(of, "GradientOpacityFunction", named)
+        more, notes = by_gradient(nodes_of(_floats(state.get("Data"), "Data"), 1, "GradientOpacityFunction"))
         keys |= more
     unit = _float(_first(of.get("ScalarOpacityUnitDistance")), "ScalarOpacityUnitDistance")
     return Content(color, opacity, Length(amount=unit), keys, notes)
@@ -176,11 +176,39 @@ def _vtk_color(state: dict[str, Any]) -> Curve:
         space = "HSV wrapped"
     if space not in SPACES:
         raise InputError(f"ColorSpace must be one of {', '.join(_without_wrapped())}, got {space}")
-    return Curve(nodes_of(_vtk_data(state), 3, "vtkColorTransferFunction"), SPACES[space])
+    is_clamped = bool(state.get("Clamping", True))
+    below, above = (_vtk_beyond(state, name, is_clamped) for name in ("BelowRangeColor", "AboveRangeColor"))
+    return _vtk_curve(state, 3, below, above, mix=SPACES[space], logarithmic=bool(state.get("Scale", 0)))
 
 
-def _vtk_data(state: dict[str, Any]) -> list[float]:
-    return _floats(state.get("Data"), f"Data of {state.get('ClassName')}")
+def _vtk_beyond(state: dict[str, Any], name: str, is_clamped: bool) -> Numbers | None:
+    """Return the colour before the first or after the last value; None if it is that of the end."""
+    if not is_clamped:
+        return np.zeros(3)
+    if not state.get(f"Use{name}", False):
+        return None
+    return nodes_of([0.0, *_floats(state.get(name), name)], 3, name)[0].numbers
+
+
+def _vtk_opacity(state: dict[str, Any]) -> Curve:
+    nothing = None if state.get("Clamping", True) else np.zeros(1)
+    return _vtk_curve(state, 1, nothing, nothing, logarithmic=bool(state.get("UseLogScale", False)))
+
+
+def _vtk_curve(
+    state: dict[str, Any],
+    width: int,
+    below: Numbers | None,
+    above: Numbers | None,
+    *,
+    mix: Mix = in_rgb,
+    logarithmic: bool,
+) -> Curve:
+    name = str(state.get("ClassName"))
+    nodes = nodes_of(_floats(state.get("Data"), f"Data of {name}"), width, name)
+    if logarithmic:
+        check_positive(nodes, f"{name} must be above 0 with a logarithmic scale")
+    return Curve(bounded(nodes, below, above), mix, logarithmic=logarithmic)
 
 
 def _linked(of: dict[str, Any], key: str, named: dict[str, dict[str, Any]]) -> dict[str, Any]:

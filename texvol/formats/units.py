@@ -1,4 +1,4 @@
-"""Units of lengths and times, as stores name them (UDUNITS words), and their common one."""
+"""Units of lengths and times, as files and stores name them (UDUNITS words), and their common one."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ _LENGTHS = (
 )
 _SHORT = {word: short for word, short, _ in _LENGTHS}
 _SHORT |= {word.replace("meter", "metre"): short for word, short, _ in _LENGTHS if "meter" in word}
-_SHORT |= {"um": "µm", "μm": "µm", "micron": "µm", "microns": "µm", "pixel": "", "pixels": "", "index": ""}
+_SHORT |= {"um": "µm", "μm": "µm", "\\u00b5m": "µm", "micron": "µm", "inche": "in", "pixel": "", "index": "", "1": ""}
+_SHORTEST_PLURAL = 4  # letters: "mms" is no word
 _METRES = {short: metres for _, short, metres in _LENGTHS}
 _TIMES = {"second": "s", "seconds": "s", "sec": "s", "millisecond": "ms", "microsecond": "µs", "minute": "min"}
 _TIMES |= {"hour": "h", "day": "d", "milliseconds": "ms", "microseconds": "µs", "minutes": "min", "hours": "h"}
@@ -25,8 +26,15 @@ _TIMES |= {"days": "d"}
 
 
 def length_unit(word: str) -> str:
-    """Return the short name of a unit of length; a word that is not known stays."""
-    return _SHORT.get(word.strip().lower(), word.strip())
+    """Return the short name of a unit of length, also of its plural; a word that is not known stays."""
+    word = word.strip()
+    lower = word.lower()
+    return _SHORT.get(lower, _SHORT.get(lower.removesuffix("s"), word) if len(lower) > _SHORTEST_PLURAL else word)
+
+
+def metres_of(short: str) -> float | None:
+    """Return the metres of a unit of length by its short name; None for one that is not known."""
+    return _METRES.get(short)
 
 
 def time_unit(word: str) -> str:
