@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from support import planted_differences as planted
 
+from texvol.comparison import compare
 from texvol.comparison.kinds import NAMES, kinds_of
 from texvol.util.errors import InputError
 
@@ -122,3 +125,13 @@ def test_what_is_no_pair_of_pictures_is_refused() -> None:
     for one, two in ((picture, picture[:-1]), (picture[..., :3], picture[..., :3]), (picture[:0], picture[:0])):
         with pytest.raises(InputError, match="must have one shape"):
             kinds_of(one, two)
+
+
+@pytest.mark.parametrize("name", ["a.png", Path("a.png")])
+def test_a_name_in_place_of_a_picture_is_told_the_command_that_takes_names(name: Any) -> None:
+    with pytest.raises(
+        InputError, match="^reference must be an array of numbers, got 'a.png': texvol diff compares files$"
+    ):
+        compare(planted.cloud(), name)
+    with pytest.raises(InputError, match="^candidate must be an array of numbers, got list$"):
+        compare([[[1.0], [1.0, 2.0]]], planted.cloud())

@@ -6,10 +6,11 @@ examine      a candidate and its reference: measures, broken limits, kinds of di
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from texvol.util.errors import InputError
 
@@ -34,9 +35,9 @@ def compare(candidate: ArrayLike, reference: ArrayLike) -> Difference:
     Raises
     ------
     InputError
-        If the shapes differ or have no pixels.
+        If one of them is no array of numbers, or the shapes differ or have no pixels.
     """
-    candidate, reference = np.asarray(candidate, np.float64), np.asarray(reference, np.float64)
+    candidate, reference = _numbers("candidate", candidate), _numbers("reference", reference)
     if candidate.shape != reference.shape or candidate.ndim != 3:
         hint = ""
         if candidate.ndim == reference.ndim == 3 and candidate.shape[:2] == reference.shape[:2]:
@@ -57,3 +58,12 @@ def compare(candidate: ArrayLike, reference: ArrayLike) -> Difference:
         worst_pixel=(column, row),
         non_finite=int(broken.sum()),
     )
+
+
+def _numbers(name: str, picture: ArrayLike) -> NDArray[np.float64]:
+    try:
+        return np.asarray(picture, np.float64)
+    except (TypeError, ValueError):
+        is_file = isinstance(picture, str | os.PathLike)
+        found = f"{str(picture)!r}: texvol diff compares files" if is_file else type(picture).__name__
+        raise InputError(f"{name} must be an array of numbers, got {found}") from None
