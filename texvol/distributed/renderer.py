@@ -193,7 +193,7 @@ class DistributedPictures:
 
     @property
     def hidden_rounding(self) -> Rounded:
-        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        """Part of the texels whose rounding may make two pictures of them wrong alike."""
         return "values"
 
     def described(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:

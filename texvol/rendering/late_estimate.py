@@ -40,12 +40,12 @@ _REFERENCE_BYTES = 64 << 20  # most bytes of textures for a picture that an esti
 
 @dataclass(frozen=True)
 class OwnTexels:
-    """What pictures of a picture's own texels tell of its error.
+    """Knowledge of a picture's error from pictures of its own texels.
 
     Attributes
     ----------
     hidden : {"nothing", "gradients", "values"}
-        What is rounded so coarsely that two of them may both be wrong: a picture of other texels shows it.
+        Part of the texels whose rounding may make two such pictures wrong alike; a picture of other texels shows it.
     by_slabs : float, optional
         Error by the thickness of the slabs, if the choice of the default rate has found it by two of them.
     """

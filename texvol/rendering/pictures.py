@@ -56,7 +56,7 @@ class Pictures(Protocol):
 
     @property
     def hidden_rounding(self) -> Rounded:
-        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        """Part of the texels whose rounding may make two pictures of them wrong alike."""
 
     @property
     def lost_digits(self) -> float:
@@ -125,7 +125,7 @@ class PicturesInMemory:
 
     @property
     def hidden_rounding(self) -> Rounded:
-        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        """Part of the texels whose rounding may make two pictures of them wrong alike."""
         found = {each.hidden_rounding for each in self.cache.volumes}
         return "values" if "values" in found else "gradients" if "gradients" in found else "nothing"
 

@@ -167,7 +167,7 @@ class VolumeCache:
 
     @property
     def hidden_rounding(self) -> Rounded:
-        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        """Part of the texels whose rounding may make two pictures of them wrong alike."""
         baked = self.baked
         if not isinstance(baked, ValueTexture) or not baked.storage.vouches_for_itself(baked.volume):
             return "values"

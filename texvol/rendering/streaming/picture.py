@@ -92,7 +92,7 @@ class StreamedPictures:
 
     @property
     def hidden_rounding(self) -> Rounded:
-        """What is rounded so coarsely that two pictures of the same texels may both be wrong."""
+        """Part of the texels whose rounding may make two pictures of them wrong alike."""
         return "values"
 
     @contextmanager
