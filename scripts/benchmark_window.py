@@ -1,11 +1,12 @@
 """Frame times of the window while a volume is turned by a real mouse, on an X server without a screen.
 
     python scripts/benchmark_window.py DATA [--only NAME,NAME] [--sizes 1280x800,1920x1080] [--dpi 96,192] [--seconds 4]
+        [--manager openbox]
 
-DATA is the folder of the real volumes (`real_volumes.py` lists them) or a volume. Each window stands under openbox on
-Xvfb, with and without all annotation; when it is at rest, xdotool presses the left button and moves the mouse 60 times
-a second. The times are those between two new pictures while the volume turns, the first after the press included; the
-seconds to the final picture are those after the button is let go.
+DATA is the folder of the real volumes (`real_volumes.py` lists them) or a volume. Each window stands under a window
+manager on Xvfb, with and without all annotation; when it is at rest, xdotool presses the left button and moves the
+mouse 60 times a second. The times are those between two new pictures while the volume turns, the first after the press
+included; the seconds to the final picture are those after the button is let go.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import csv
 import os
+import shutil
 import statistics
 import subprocess
 import sys
@@ -26,6 +28,7 @@ from pathlib import Path
 from real_volumes import VOLUMES, volume_path
 
 _ALL = ["--annotate", "box,scale-bar,legend,axes"]
+_USUAL_DPI = 96
 _PATIENCE = 120.0  # seconds for a window to come, to rest and to end
 _QUIET = 0.15  # processor seconds per second, less than any picture takes
 
@@ -41,8 +44,8 @@ class Turned:
 
 
 @contextmanager
-def screen(width: int, height: int, dpi: int) -> Iterator[dict[str, str]]:
-    """Environment of an X server with a window manager and a resolution, for the time of the context."""
+def screen(width: int, height: int, dpi: int, manager: str) -> Iterator[dict[str, str]]:
+    """Environment of an X server with a resolution and a window manager, if one is named, while the context lasts."""
     with ExitStack() as stack:
         read, write = os.pipe()
         line = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"]
@@ -51,8 +54,10 @@ def screen(width: int, height: int, dpi: int) -> Iterator[dict[str, str]]:
         with os.fdopen(read) as number:
             found = os.environ | {"DISPLAY": f":{number.readline().strip()}"}
         found.pop("WAYLAND_DISPLAY", None)
-        subprocess.run(["xrdb", "-merge"], input=f"Xft.dpi: {dpi}\n", text=True, env=found, check=True)
-        _started(stack, ["openbox"], found)
+        if dpi != _USUAL_DPI:
+            subprocess.run(["xrdb", "-merge"], input=f"Xft.dpi: {dpi}\n", text=True, env=found, check=True)
+        if manager:
+            _started(stack, [manager], found)
         yield found
 
 
@@ -63,18 +68,16 @@ def _started(stack: ExitStack, line: list[str], environment: dict[str, str], kep
     stack.callback(process.terminate)
 
 
-def turned(words: list[str], size: tuple[int, int], dpi: int, seconds: float) -> Turned:
+def turned(words: list[str], size: tuple[int, int], dpi: int, seconds: float, manager: str) -> Turned:
     """Open a window of a size in pixels, turn the volume, and close the window."""
-    with tempfile.TemporaryDirectory() as folder, screen(*size, dpi) as environment:
+    with tempfile.TemporaryDirectory() as folder, screen(*size, dpi, manager) as environment:
         table = Path(folder, "frames.csv")
         environment = environment | {"XDG_STATE_HOME": folder}
         line = [sys.executable, "-m", "texvol", "view", *words, f"--size={size[0]}x{size[1]}", f"--timings={table}"]
         window = subprocess.Popen(line, env=environment, stdout=subprocess.DEVNULL)
         try:
-            subprocess.run(
-                ["xdotool", "search", "--sync", "--onlyvisible", "--pid", str(window.pid)],
-                env=environment, stdout=subprocess.DEVNULL, timeout=_PATIENCE, check=True,
-            )  # fmt: skip
+            search = ["xdotool", "search", "--sync", "--onlyvisible", "--pid", str(window.pid), "windowfocus"]
+            subprocess.run(search, env=environment, stdout=subprocess.DEVNULL, timeout=_PATIENCE, check=True)
             _rest(window)
             _drag(environment, size, seconds)
             _rest(window)
@@ -136,7 +139,12 @@ def main() -> None:
     parser.add_argument("--sizes", default="1280x800,1920x1080")
     parser.add_argument("--dpi", default="96")
     parser.add_argument("--seconds", type=float, default=4.0)
+    parser.add_argument("--manager", default="openbox", help="window manager; an empty text for none (openbox)")
     arguments = parser.parse_args()
+    needed = ["Xvfb", "xdotool", *filter(None, [arguments.manager]), *(["xrdb"] if arguments.dpi != "96" else [])]
+    missing = [each for each in needed if shutil.which(each) is None]
+    if missing:
+        parser.error(f"{', '.join(missing)} must be installed")
     if arguments.data.is_file():
         files = {arguments.data.name: [str(arguments.data)]}
     else:
@@ -151,7 +159,7 @@ def main() -> None:
             width, height = map(int, size.split("x"))
             for dpi in map(int, arguments.dpi.split(",")):
                 for label, annotated in (("none", []), ("all", _ALL)):
-                    one = turned([*words, *annotated], (width, height), dpi, arguments.seconds)
+                    one = turned([*words, *annotated], (width, height), dpi, arguments.seconds, arguments.manager)
                     cells = [name, size, dpi, label, one.pictures, f"{one.median:.0f}", f"{one.largest:.0f}"]
                     print(f"| {' | '.join(map(str, cells))} | {one.final:.1f} |", flush=True)
 

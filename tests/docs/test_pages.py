@@ -24,7 +24,7 @@ pytest_plugins = ("pytester",)
 # Blocks that need a network, a display or an hour; each says so above it.
 NOT_RUN = {
     "README": 2,
-    "benchmarks": 4,
+    "benchmarks": 5,
     "contributing": 1,
     "first-pictures": 1,
     "first-ten-minutes": 2,

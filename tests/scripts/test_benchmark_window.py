@@ -1,0 +1,28 @@
+"""The benchmark of turning a window: it opens one, turns it by a real mouse, and closes it."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from support.windows import ball
+
+SCRIPT = Path(__file__).parents[2] / "scripts/benchmark_window.py"
+
+
+@pytest.mark.skipif(not (shutil.which("Xvfb") and shutil.which("xdotool")), reason="needs Xvfb and xdotool")
+def test_a_window_is_turned_and_timed(tmp_path: Path) -> None:
+    volume = str(tmp_path / ball(tmp_path, 16))
+    line = [sys.executable, str(SCRIPT), volume, "--sizes=300x200", "--seconds=0.5", "--manager="]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=500, check=False)
+    assert done.returncode == 0, done.stderr
+    rows = re.findall(
+        r"^\| ball\.npy \| 300x200 \| 96 \| (none|all) \| (\d+) \| (\d+) \| (\d+) \| ([\d.]+) \|$", done.stdout, re.M
+    )
+    assert [row[0] for row in rows] == ["none", "all"], done.stdout
+    for _, pictures, median, largest, final in rows:
+        assert int(pictures) >= 2 and 0 < int(median) <= int(largest) and float(final) >= 0
