@@ -30,7 +30,7 @@ from real_volumes import VOLUMES, volume_path
 _ALL = ["--annotate", "box,scale-bar,legend,axes"]
 _USUAL_DPI = 96
 _PATIENCE = 120.0  # seconds for a window to come, to rest and to end
-_QUIET = 0.15  # processor seconds per second, less than any picture takes
+_QUIET = 0.08  # processor seconds per second, less than any picture takes
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ def _drag(environment: dict[str, str], size: tuple[int, int], seconds: float) ->
 
 
 def _rest(window: subprocess.Popen[bytes]) -> None:
-    """Wait until a window and its children hardly work for a second and a half."""
+    """Wait until a window and its children hardly work for two seconds."""
     end, quiet, last = time.monotonic() + _PATIENCE, 0, 0.0
-    while quiet < 3:
+    while quiet < 4:
         assert time.monotonic() < end, "the window never came to rest"
         assert window.poll() is None, "the window has ended"
         time.sleep(0.5)
