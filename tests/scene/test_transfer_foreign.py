@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.vtk_states import volume_property_file
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
 from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
 
@@ -159,26 +160,14 @@ def test_the_text_of_slicer_is_per_world_unit(tmp_path: Path) -> None:
 
 
 def test_vtks_object_manager(tmp_path: Path) -> None:
-    import vtkmodules.vtkRenderingOpenGL2  # noqa: F401
-    from vtkmodules.vtkRenderingCore import vtkVolumeProperty
-    from vtkmodules.vtkSerializationManager import vtkObjectManager
-
     colors, opacities = nodes(5)
-    color, opacity, whole = vtkColorTransferFunction(), vtkPiecewiseFunction(), vtkVolumeProperty()
+    color, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
     for row in colors:
         color.AddRGBPoint(*row)
     for row in opacities:
         opacity.AddPoint(*row)
     color.SetColorSpaceToLab()
-    whole.SetColor(color)
-    whole.SetScalarOpacity(opacity)
-    whole.SetScalarOpacityUnitDistance(2.5)
-    manager = vtkObjectManager()
-    manager.Initialize()
-    manager.RegisterObject(whole)
-    manager.UpdateStatesFromObjects()
-    manager.Export(str(tmp_path / "state.json"), 0)
-    path = next(tmp_path.glob("state*.json"))
+    path = volume_property_file(tmp_path, color, opacity, 2.5)
     check(TransferFunction.load(path), of_vtk(colors, opacities, "Lab"), 2.5)
 
 

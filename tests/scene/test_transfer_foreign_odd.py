@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import vtkmodules.vtkRenderingOpenGL2  # noqa: F401  (VTK's objects need it to be exported)
+from support.vtk_states import volume_property_file
 from vtkmodules.vtkCommonDataModel import vtkPiecewiseFunction
-from vtkmodules.vtkRenderingCore import vtkColorTransferFunction, vtkVolumeProperty
-from vtkmodules.vtkSerializationManager import vtkObjectManager
+from vtkmodules.vtkRenderingCore import vtkColorTransferFunction
 
 from texvol import InputError, TransferFunction, Volume
 from texvol.scene.transfer import preset
@@ -46,21 +45,13 @@ def colors_beyond(color: Any, _: Any) -> None:
 
 @pytest.mark.parametrize("change", [logarithmic_colors, logarithmic_opacity, unclamped, colors_beyond])
 def test_vtks_settings_of_functions(tmp_path: Path, change: Callable[[Any, Any], None]) -> None:
-    color, opacity, whole = vtkColorTransferFunction(), vtkPiecewiseFunction(), vtkVolumeProperty()
+    color, opacity = vtkColorTransferFunction(), vtkPiecewiseFunction()
     random = np.random.default_rng(6)
     for value in (1, 10, 40, 90):
         color.AddRGBPoint(value, *random.random(3))
         opacity.AddPoint(value, random.uniform(0.1, 0.97))
     change(color, opacity)
-    whole.SetColor(color)
-    whole.SetScalarOpacity(opacity)
-    whole.SetScalarOpacityUnitDistance(2.5)
-    manager = vtkObjectManager()
-    manager.Initialize()
-    manager.RegisterObject(whole)
-    manager.UpdateStatesFromObjects()
-    manager.Export(str(tmp_path / "state.json"), 0)
-    numbers = TransferFunction.load(next(tmp_path.glob("state*.json"))).at(VALUES)
+    numbers = TransferFunction.load(volume_property_file(tmp_path, color, opacity, 2.5)).at(VALUES)
     opacities = np.array([opacity.GetValue(value) for value in VALUES])
     shown = opacities > 0
     assert np.abs(-np.expm1(-numbers[:, 3] * 2.5) - opacities).max() < OPACITY
