@@ -49,6 +49,7 @@ def screen(width: int, height: int, dpi: int, manager: str) -> Iterator[dict[str
     with ExitStack() as stack:
         read, write = os.pipe()
         line = ["Xvfb", "-displayfd", str(write), "-screen", "0", f"{width}x{height}x24", "-nolisten", "tcp"]
+        line.append("-noreset")  # else the server forgets the resolution when xrdb, its only client, ends
         _started(stack, line, dict(os.environ), (write,))
         os.close(write)
         with os.fdopen(read) as number:

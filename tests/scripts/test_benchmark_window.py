@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import shutil
 import subprocess
 import sys
@@ -26,3 +27,12 @@ def test_a_window_is_turned_and_timed(tmp_path: Path) -> None:
     assert [row[0] for row in rows] == ["none", "all"], done.stdout
     for _, pictures, median, largest, final in rows:
         assert int(pictures) >= 2 and 0 < int(median) <= int(largest) and float(final) >= 0
+
+
+@pytest.mark.skipif(not (shutil.which("Xvfb") and shutil.which("xrdb")), reason="needs Xvfb and xrdb")
+def test_a_resolution_stays_when_no_program_is_on_the_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(SCRIPT.parent))  # it imports its neighbours
+    screen = runpy.run_path(str(SCRIPT), run_name="benchmark_window")["screen"]
+    with screen(300, 200, 192, "") as environment:
+        found = subprocess.run(["xrdb", "-query"], env=environment, capture_output=True, text=True, check=True)
+    assert found.stdout.split() == ["Xft.dpi:", "192"]
