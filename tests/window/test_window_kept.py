@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import signal
 import subprocess
@@ -79,6 +80,31 @@ def test_the_next_window_has_the_size_of_the_last_one(display: str, tmp_path: Pa
     geometry = []
     opened(lambda window: geometry.append(does("getwindowgeometry", window)))
     assert geometry == ["900x410"]
+
+
+def test_a_window_that_fills_a_scaled_monitor_shows_its_foot(display: str, tmp_path: Path) -> None:  # noqa: F811
+    if missing := [each for each in ("xdotool", "xprop", "xrdb", "openbox") if not shutil.which(each)]:
+        pytest.skip(f"{', '.join(missing)} not installed")
+    surroundings = environment(display, tmp_path)
+
+    def told(*words: str) -> str:
+        return subprocess.check_output(words, env=surroundings, timeout=PATIENCE, text=True)
+
+    with subprocess.Popen(["openbox"], env=surroundings, stderr=subprocess.DEVNULL) as manager:
+        try:
+            until(lambda: "window id" in told("xprop", "-root", "_NET_SUPPORTING_WM_CHECK"))
+            subprocess.run(["xrdb", "-merge"], input="Xft.dpi: 192\n", text=True, env=surroundings, check=True)
+            started(display, tmp_path)
+            window = told("xdotool", "search", "--sync", "--onlyvisible", "--name", "texvol").split()[-1]
+            until(lambda: int(told("xdotool", "getwindowgeometry", window).rpartition("x")[2]) > 900)  # it was 720
+            frame = [int(each) for each in re.findall(r"\d+", told("xprop", "-id", window, "_NET_FRAME_EXTENTS"))]
+            width, height = map(int, told("xdotool", "getwindowgeometry", window).split()[-1].split("x"))
+        finally:
+            subprocess.run(["xrdb", "-remove"], env=surroundings, check=True)
+            manager.terminate()
+    left, right, top, bottom = frame
+    assert top > 0
+    assert (width + left + right, height + top + bottom) == (1280, 1024)
 
 
 @pytest.mark.parametrize("size", ["[1]", "[0, 500]", "[1e9, 500]", '["a", "b"]', "[700, 500, 3]", "7", "[true, 500]"])

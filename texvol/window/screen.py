@@ -144,10 +144,12 @@ class Screen:
             self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Request another size, reduced to the monitor's work area, unless the window is maximised."""
+        """Request another size, reduced so that the window fits its monitor's work area, unless it is maximised."""
         if self._windowed is not None or self._glfw.get_window_attrib(self._window, self._glfw.MAXIMIZED):
             return
-        self._glfw.set_window_size(self._window, *_fitting(self._glfw, size))
+        # The bars that a window manager puts around a window are known once it is shown.
+        left, top, right, bottom = self._glfw.get_window_frame_size(self._window)
+        self._glfw.set_window_size(self._window, *_fitting(self._glfw, size, (left + right, top + bottom)))
 
     def iconify(self, down: bool) -> None:
         """Minimise the window if `down` is True, else restore it."""
@@ -322,13 +324,13 @@ def key_names(glfw: Any) -> dict[int, str]:
     }
 
 
-def _fitting(glfw: Any, size: tuple[int, int]) -> tuple[int, int]:
-    """Return the size, reduced to the monitor's work area."""
+def _fitting(glfw: Any, size: tuple[int, int], frame: tuple[int, int] = (0, 0)) -> tuple[int, int]:
+    """Return the size, reduced so that with a frame around it, it fits the monitor's work area."""
     monitor = glfw.get_primary_monitor()
     if not monitor:
         return size
-    _, _, width, height = glfw.get_monitor_workarea(monitor)
-    return (min(size[0], width) if width else size[0], min(size[1], height) if height else size[1])
+    width, height = np.subtract(glfw.get_monitor_workarea(monitor)[2:], frame).tolist()
+    return (min(size[0], width) if width > 0 else size[0], min(size[1], height) if height > 0 else size[1])
 
 
 def _display_text() -> str:
