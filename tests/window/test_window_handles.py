@@ -48,7 +48,8 @@ def test_there_is_a_handle_for_each_face_and_plane() -> None:
 def test_of_two_opposite_faces_one_is_behind(projection: Any) -> None:
     shown = replace(scene(projection), crop=handles.bounds(VOLUME))
     assert shown.camera is not None
-    behind = [handles.is_behind(each, shown.camera, VOLUME) for each in handles.handles_of(shown)[:6]]
+    box = VOLUME.centre, VOLUME.radius
+    behind = [handles.is_behind(each.point, shown.camera, *box) for each in handles.handles_of(shown)[:6]]
     # The eye is at lower x and y and at higher z than the box.
     assert behind == [shown.camera.forward[0] < 0, shown.camera.forward[0] > 0, False, True, True, False]
 

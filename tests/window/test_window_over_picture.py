@@ -17,7 +17,7 @@ from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window import panels
 from texvol.window.desk import Desk
-from texvol.window.panels import cube, overlay, planes, tips
+from texvol.window.panels import cube, grips, overlay, planes, tips
 from texvol.window.slices import NAMES
 from texvol.window.steering import Viewport
 
@@ -152,3 +152,20 @@ def test_over_a_small_picture_what_is_written_is_a_tooltip(
         shown(desk, "Cut", 2)
     assert "writing film.mp4" in seen.texts | set(wrapped)
     assert ("writing film.mp4" in wrapped) != is_small
+
+
+def test_faces_of_a_measured_box_have_the_grips_of_the_crop_box(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    document = done(desk, "measure box 1,1,1 4,5,6", "axis +x")
+    drawn: list[tuple[int, bool]] = []
+    monkeypatch.setattr(grips, "grip", lambda _, __, color, hollow, *___: drawn.append((color, hollow)))
+    with headless():
+        desk.measuring.selected = 0
+        shown(desk, "Measure", 3)
+        # The middle, and both faces of each axis; seen along x, one face is behind, and the others are beside.
+        faces = [(color, hollow) for color in grips.OF_AXIS for hollow in (False, False)]
+        faces[0 if document.view.camera.forward[0] < 0 else 1] = grips.OF_AXIS[0], True
+        assert drawn[-6:] == faces and drawn[-7][1] is False and drawn[-7][0] not in grips.OF_AXIS
+        drawn.clear()
+        desk.measuring.selected = None
+        shown(desk, "Measure", 1)
+        assert [hollow for _, hollow in drawn] == [True], "a measure that is not selected has hollow grips"

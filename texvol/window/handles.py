@@ -11,6 +11,7 @@ second handle at the tip of an arrow along its normal; dragging the tip turns th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any
@@ -107,9 +108,9 @@ def points_away(handle: Handle, camera: Camera) -> bool:
     return float(np.array(handle.axis) @ camera.forward) > 0
 
 
-def is_behind(handle: Handle, camera: Camera, box: Volume) -> bool:
-    """True if the handle lies on the far side of the box: farther from the eye than the box's middle."""
-    return float(camera.forward @ (np.array(handle.point) - box.centre)) > _BEHIND * box.radius
+def is_behind(point: Sequence[float], camera: Camera, middle: NDArray[np.float64], radius: float) -> bool:
+    """True if a point of a box lies on its far side: farther from the eye than the box's middle."""
+    return float(camera.forward @ (np.array(point) - middle)) > _BEHIND * radius
 
 
 def turned(scene: Scene, handle: Handle, camera: Camera, by: Position, *, away: bool) -> dict[str, Any]:

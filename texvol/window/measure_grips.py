@@ -16,7 +16,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.measures.measure import Measure
 from texvol.scene.scene import Scene
 from texvol.window import probe
-from texvol.window.handles import Handle, drag_distance, position_of
+from texvol.window.handles import Handle, drag_distance, is_behind, position_of
 from texvol.window.navigation import Position, triple
 
 _ON_SURFACE = 3.0  # smallest spacings: farther from what is visible, a point lies elsewhere
@@ -54,6 +54,14 @@ def grips_of(measures: Sequence[Measure], selected: int | None) -> list[Grip]:
 def corners(box: Measure) -> NDArray[np.float64]:
     """Return the lowest and the highest corner of a box, shape (2, 3)."""
     return np.sort(np.array(box.points), axis=0)
+
+
+def is_hollow(each: Measure, grip: Grip, camera: Camera, selected: int | None) -> bool:
+    """True if the grip is on the far side of its box, or its measure is not selected."""
+    if grip.face is None or grip.measure != selected:
+        return grip.measure != selected
+    low, high = corners(each)
+    return is_behind(grip.at, camera, (low + high) / 2, float(np.linalg.norm(high - low)) / 2)
 
 
 def on_surface(scene: Scene, camera: Camera, grip: Grip) -> bool:

@@ -13,9 +13,9 @@ from texvol.window.handles import Handle
 from texvol.window.navigation import Position
 from texvol.window.panels import parts
 
-# Colours are ABGR. Grips of the crop box have that of their axis: x, y, z.
-_LINE, _HELD, _BORDER = 0xA0_D8_D8_D8, 0xFF_FF_FF_FF, 0xE0_10_10_10
-_OF_AXIS = (0xFF_5A_5A_F5, 0xFF_5A_C8_5A, 0xFF_FF_96_50)
+# Colours are ABGR. Grips of faces have that of their axis: x, y, z.
+_LINE, HELD, BORDER = 0xA0_D8_D8_D8, 0xFF_FF_FF_FF, 0xE0_10_10_10
+OF_AXIS = (0xFF_5A_5A_F5, 0xFF_5A_C8_5A, 0xFF_FF_96_50)
 _PLANE, _TURNS = 0xFF_50_B8_FF, 0xFF_FF_E0_A0  # amber; a plane's arrow is light blue
 _RADIUS, _REACH = 6.0, 12.0  # window coordinates at scale 1, as are the next three
 _RING, _AROUND = 2.0, 1.5  # widths of a hollow grip's ring, and of the dark outline
@@ -34,7 +34,7 @@ def draw(desk: Desk) -> None:
     document = desk.document
     if document is None or not _shows(desk):
         return
-    camera = document.view.camera
+    camera, box = document.view.camera, document.scene.box
     drawn = imgui.get_background_draw_list()
     drawn.push_clip_rect(*parts.corners(desk.viewport))
     for start, end in handles.outline(document.scene):
@@ -46,27 +46,27 @@ def draw(desk: Desk) -> None:
         if tip.turns and foot.plane == tip.plane:
             drawn.add_line(_point(desk, foot_position), _point(desk, tip_position), _TURNS, 2.0 * parts.scale())
     for number, (handle, position) in enumerate(grips):
-        color = _HELD if number == over else _color(handle)
-        _grip(drawn, _point(desk, position), color, hollow=handles.is_behind(handle, camera, document.scene.box))
+        color = HELD if number == over else _color(handle)
+        grip(drawn, _point(desk, position), color, handles.is_behind(handle.point, camera, box.centre, box.radius))
     drawn.pop_clip_rect()
 
 
 def _color(handle: Handle) -> int:
     if handle.face is not None:
-        return _OF_AXIS[handle.face[0]]
+        return OF_AXIS[handle.face[0]]
     return _TURNS if handle.turns else _PLANE
 
 
-def _grip(drawn: imgui.ImDrawList, at: imgui.ImVec2, color: int, *, hollow: bool) -> None:
-    """Draw a grip with a dark outline, which shows on any background; a hollow one is a ring."""
+def grip(drawn: imgui.ImDrawList, at: imgui.ImVec2, color: int, hollow: bool, border: int = BORDER) -> None:
+    """Draw a grip with an outline, which shows on any background; a hollow one is a ring."""
     scale = parts.scale()
     radius, ring, around = (each * scale for each in (_RADIUS, _RING, _AROUND))
     if hollow:
         middle = radius - ring / 2
-        drawn.add_circle(at, middle, _BORDER, 0, ring + 2 * around)
+        drawn.add_circle(at, middle, border, 0, ring + 2 * around)
         drawn.add_circle(at, middle, color, 0, ring)
     else:
-        drawn.add_circle_filled(at, radius + around, _BORDER)
+        drawn.add_circle_filled(at, radius + around, border)
         drawn.add_circle_filled(at, radius, color)
 
 

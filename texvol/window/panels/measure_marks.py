@@ -18,7 +18,7 @@ from texvol.window.document import Document
 from texvol.window.handles import position_of
 from texvol.window.measure_grips import Grip
 from texvol.window.navigation import Position, triple
-from texvol.window.panels import parts
+from texvol.window.panels import grips, parts
 from texvol.window.panels.measure_letters import in_letters
 
 _EM = 1 / 40  # of the picture's height: size of the values, as in pictures that are written
@@ -135,21 +135,19 @@ def _measures(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
 
 
 def _grips(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
-    """Draw the grips as circles; that under the mouse, and those of the selected measure, are filled."""
+    """Draw the grips; rings are those on the far side of a box, and those of measures that are not selected."""
     line, _, halo = colors(document.scene.background)
     selected, over = desk.measuring.selected, desk.panel_state.get("over measure")
-    radius, scale = _RADIUS * parts.scale(), parts.scale()
+    camera = document.view.camera
     for grip in measure_grips.grips_of(document.measures, selected):
-        position = position_of(document.view.camera, np.array(grip.at))
+        position = position_of(camera, np.array(grip.at))
         if position is None:
             continue
-        middle = imgui.ImVec2(*desk.viewport.point(position))
         held = over is not None and (grip.measure, grip.point, grip.face) == over
-        drawn.add_circle_filled(middle, radius + 1.5 * scale, halo)
-        if grip.measure == selected or held:
-            drawn.add_circle_filled(middle, radius, 0xFF_FF_FF_FF if held else line)
-        else:
-            drawn.add_circle(middle, radius - 0.5 * scale, line, 0, 1.6 * scale)
+        color = line if grip.face is None else grips.OF_AXIS[grip.face[0]]
+        hollow = measure_grips.is_hollow(document.measures[grip.measure], grip, camera, selected) and not held
+        at = imgui.ImVec2(*desk.viewport.point(position))
+        grips.grip(drawn, at, grips.HELD if held else color, hollow, halo if grip.face is None else grips.BORDER)
 
 
 def _profiled(desk: Desk, document: Document, drawn: imgui.ImDrawList) -> None:
