@@ -169,6 +169,19 @@ def test_a_scene_that_is_saved_is_not_saved_again_for_its_command_line(
     assert "mine.toml" not in saving.command_line(opened, SIZE, {})
 
 
+def test_a_command_line_that_is_copied_saves_nothing_in_the_file_of_the_scene(
+    volume: texvol.Volume, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    opened = document(scene_of(volume, "plain"))
+    saving.save_scene("mine.toml", opened, SIZE)
+    assert not opened.unsaved
+    opened.change(background=(0.5, 0.5, 0.5))
+    words = saving.command_line(opened, SIZE, {})
+    assert opened.unsaved, "mine.toml does not have the background"
+    assert saving.command_line(opened, SIZE, {}) == words, "one file for each scene"
+
+
 def test_what_a_scene_file_has_no_word_for_is_refused(volume: texvol.Volume, tmp_path: Path) -> None:
     corners = [(0.0, 0.0, 0.0), (5.0, 0.0, 0.0), (0.0, 5.0, 0.0)]
     for shape in (Mesh(corners, [(0, 1, 2)]), Lines(corners, [(0, 1)])):  # type: ignore[arg-type]

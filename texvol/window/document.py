@@ -147,7 +147,8 @@ class Document:
     ) -> None:  # fmt: skip
         assert scene.camera is not None
         self.origin, self.showing = origin, showing or Showing()
-        self.saved: Saved | None = None
+        self.saved: Saved | None = None  # what the file of the scene has
+        self.written: Saved | None = None  # what the last scene file has, which may be that of a copied command line
         self.kept_tour = Tour()  # the saved views of the scene file
         self.home: Home | None = None
         self.unframed = False

@@ -46,30 +46,34 @@ def check_writable(path: str) -> None:
 
 
 def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
-    """Write the scene file, and its transfer functions beside it.
+    """Write the scene file, and its transfer functions beside it; the document has no unsaved changes then.
 
     Raises
     ------
     InputError
         If a file can't be written, or a scene file can't describe the scene.
     """
+    _write(path, document, size)
+    document.saved, document.kept_tour = document.written, document.tour
+
+
+def _write(path: str, document: Document, size: tuple[int, int]) -> None:
+    """Write the scene file, and its transfer functions beside it."""
     check_writable(path)
     files = scene_files(path, document.scene, size, document.showing, document.off, document.tour)
     writing.write_files({str(name): content for name, content in files.items()})
-    document.saved = Saved(path, document.scene, document.showing, size, document.off.volumes)
-    document.kept_tour = document.tour
+    document.written = Saved(path, document.scene, document.showing, size, document.off.volumes)
 
 
 def command_line(document: Document, size: tuple[int, int], accuracy: Mapping[str, Any]) -> list[str]:
-    """Return the words of the command that draws the picture; an unsaved scene is saved first."""
-    saved = document.saved
-    as_is = saved is not None and saved.scene is document.scene and saved[2:4] == (document.showing, size)
-    as_is = as_is and saved is not None and saved.hidden == document.off.volumes
-    if saved is not None and as_is and os.path.exists(saved.path):
-        path = saved.path
+    """Return the words of the command that draws the picture; if no scene file has it, a new one is written."""
+    last = document.written
+    now = document.scene, document.showing, size, document.off.volumes
+    if last is not None and last.scene is now[0] and last[1:] == now and os.path.exists(last.path):
+        path = last.path
     else:
         path = default_name(document, ".toml")
-        save_scene(path, document, size)
+        _write(path, document, size)
     words = ["texvol", "render", "--scene", path]
     for option in _OPTIONS:
         value = accuracy.get(option.replace("-", "_"))
