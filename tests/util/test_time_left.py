@@ -23,6 +23,16 @@ def test_the_speed_is_that_of_the_last_steps() -> None:
     assert left.seconds(139) == pytest.approx(501, rel=0.01)
 
 
+def test_work_that_nearly_halts_is_not_said_to_take_for_ever() -> None:
+    left = TimeLeft()
+    for number in range(25):
+        left.learn(0.01 * number, 0.4 * number)
+    for number in range(100):  # more is to be done than was expected: the fraction hardly grows for as long again
+        left.learn(0.25 + 1e-6 * number, 10 + 0.1 * number)
+    # A tenth has been done in the last 10 s and the 4 s before them.
+    assert left.seconds(19.9) == pytest.approx(0.75 * 14 / 0.1, rel=0.05)
+
+
 def test_nothing_is_said_before_the_speed_is_known() -> None:
     left = TimeLeft()
     assert left.seconds(0) is None and left.text(0) == ""

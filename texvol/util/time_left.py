@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections import deque
 
 _ENOUGH = 1.0  # seconds: from less, the speed is not known
-_REMEMBERED = 60  # fractions: the speed is that of the last of them
+_REMEMBERED = 60  # fractions: the speed is that of the last of them,
+_LEAST = 0.1  # which are this much of the work at least: a fraction that hardly grows for a while would take for ever
 
 
 class TimeLeft:
     """Estimate by the speed of the last steps; the time before the first fraction, of setting up, does not count."""
 
     def __init__(self) -> None:
-        self._known: deque[tuple[float, float]] = deque(maxlen=_REMEMBERED)  # time and fraction, ascending
+        self._known: deque[tuple[float, float]] = deque()  # time and fraction, ascending
 
     def learn(self, fraction: float, now: float) -> None:
         """Record that a fraction, from 0 to 1, is done at a time in seconds; a smaller one begins other work."""
@@ -20,6 +21,8 @@ class TimeLeft:
             self._known.clear()
         if not self._known or fraction > self._known[-1][1]:
             self._known.append((now, fraction))
+        while len(self._known) > _REMEMBERED and self._known[1][1] <= fraction - _LEAST:
+            self._known.popleft()
 
     def seconds(self, now: float) -> float | None:
         """Return the seconds that are left; None as long as the speed is not known."""
