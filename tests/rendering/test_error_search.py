@@ -16,10 +16,12 @@ from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
 from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera
+from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CLASSIFICATIONS, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.graded import Contour
 from texvol.scene.volume import Volume
+from texvol.util import progress
 from texvol.util.errors import AccuracyWarning
 
 SIZE = (256, 192)
@@ -208,3 +210,36 @@ def test_an_estimate_is_left_out_where_slabs_would_be_too_many(renderer: Countin
     renderer.render(scene, (2, 2), slab_thickness=2 * VOLUME.radius / slabs)
     assert renderer.stats["slabs"] > 2e5
     assert (renderer.stats["estimated_error"] is not None) == known
+
+
+@pytest.mark.filterwarnings("ignore::texvol.util.errors.AccuracyWarning")
+def test_textures_that_are_made_leave_progress_for_the_small_pictures(monkeypatch: pytest.MonkeyPatch) -> None:
+    values = np.random.default_rng(7).random((160, 160, 160), np.float32)
+    scene = replace(Scene(Volume(values), FOG).completed((64, 64)), lighting=Lighting(), classification="post")
+    heard: list[float] = []
+    of_textures: list[float] = []
+    at_expected: list[float] = []
+    advance, expect = progress.advance, progress.expect
+
+    def advanced(seconds: float) -> None:
+        advance(seconds)
+        if seconds > 0:
+            of_textures.append(heard[-1])
+
+    def expected(seconds: progress.Seconds) -> None:
+        at_expected.append(heard[-1])
+        expect(seconds)
+
+    monkeypatch.setattr(progress, "advance", advanced)
+    monkeypatch.setattr(progress, "expect", expected)
+    with Renderer() as renderer:
+        for textures_made in (True, False):
+            of_textures.clear()
+            at_expected.clear()
+            with progress.heard(heard.append):
+                renderer.render(scene, (64, 64), max_error=1 / 8)
+            assert bool(of_textures) == textures_made
+            if textures_made:  # else the bar would stand still until they are drawn
+                assert 0.1 < of_textures[-1] < 0.9 * at_expected[0]
+            else:
+                assert at_expected[0] <= 0.3, "small pictures alone"

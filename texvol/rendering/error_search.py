@@ -15,8 +15,8 @@ a small part of the values, since a ray that only just reaches them is off by al
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 
 import numpy as np
@@ -60,7 +60,7 @@ _MOST_TERMINATION = 1 / 8  # of the limit: no difference of two pictures shows w
 Notes = dict[float, tuple[dict[str, float], int]]  # seconds of pictures by step, and bricks, by thickness
 
 _USUAL_ORDER = 1.5  # of the error, for the forecast of a search
-_FORESEEN = 0.25  # fraction of the time of a search that goes into small pictures
+_FORESEEN = 0.25  # fraction of the time of a search, without textures, that goes into small pictures
 
 
 def fewer(size: Size) -> Size:
@@ -79,6 +79,7 @@ class ErrorSearch:
     def __init__(self, draw: DrawScene, draw_exactly: DrawScene, pictures_of: Callable[[Scene], Pictures]) -> None:
         self._draw, self._draw_exactly, self._pictures_of = draw, draw_exactly, pictures_of
         self._last: tuple[CompleteScene, tuple[Size, Settings, float], Choice] | None = None
+        self._textures: object = None  # what those of the last search are made of
 
     def foresee(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
         """Return the choice for a picture of a sixteenth of the pixels.
@@ -122,7 +123,7 @@ class ErrorSearch:
         Where slabs are thicker than the spacing all pixels are held against the reference.
         """
         tiles, lonely = Tiles(size, fewer(size)), _has_lonely_errors(scene)
-        with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
+        with self._foreseeing(scene, size):
             few, of_few = self._by_few(scene, tiles.count, settings, wanted / _MARGIN)
         rate = few.begin.rate
         if rate < 1:
@@ -144,6 +145,18 @@ class ErrorSearch:
             finest_rate(scene),
             LONELY if lonely else 0.0,
         )
+
+    @contextmanager
+    def _foreseeing(self, scene: CompleteScene, size: Size) -> Iterator[None]:
+        """Count the small pictures as a part of the search, with the textures that are made for the first of them."""
+        if not progress.is_heard():
+            yield
+            return
+        before, self._textures = self._textures, forecast.of_what_textures(scene)
+        small = forecast.of_foreseeing(scene, size)
+        textures = 0.0 if before == self._textures else forecast.of_textures(scene)
+        with progress.span((textures + small) / (textures + small / _FORESEEN), textures + small):
+            yield
 
     def _by_few(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
@@ -172,7 +185,7 @@ class ErrorSearch:
     ) -> Choice:
         """Return the choice by a reference of all pixels; the search begins with `foresee` unless told."""
         if begin is None:
-            with progress.span(_FORESEEN, lambda: forecast.of_foreseeing(scene, size)):
+            with self._foreseeing(scene, size):
                 begin = self.foresee(scene, size, settings, wanted).begin
         progress.expect(lambda: forecast.of_search(scene, size, settings, begin.rate, begin.reference))
         return self._search(scene, size, settings, wanted, begin)

@@ -49,6 +49,12 @@ def of_textures(scene: Scene) -> float:
     return total
 
 
+def of_what_textures(scene: Scene) -> tuple[Any, ...]:
+    """Return what the textures of a scene are made of: with the same parts they are not made again."""
+    lit = bool(scene.lighting), scene.gradient
+    return (*scene.volumes, scene.transfer_function, *lit) if scene.classification == "slab" else (*scene.volumes, *lit)
+
+
 def of_picture(scene: Scene, size: Size, accuracy: Mapping[str, Any], *, has_textures: bool = False) -> float:
     """Return about how long `Renderer.render` takes with these arguments."""
     if isinstance(scene.volume, LargeVolume):

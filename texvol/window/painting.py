@@ -117,8 +117,8 @@ class JobRunner:
         """Return about how many seconds a job takes on a usual machine."""
         if job.kind not in _OF_ONE_PICTURE:
             return 0.0
-        has_textures = self._known is not None and self._known == _of_textures(job.scene)
-        self._known = _of_textures(job.scene)
+        has_textures = self._known is not None and self._known == forecast.of_what_textures(job.scene)
+        self._known = forecast.of_what_textures(job.scene)
         seconds = forecast.of_picture(job.scene, job.size, job.accuracy, has_textures=has_textures)
         return seconds + _OF_WRITING * job.size[0] * job.size[1]
 
@@ -269,12 +269,6 @@ class JobRunner:
             opacity = np.rint(np.clip(np.nan_to_num(shown[..., 3:]), 0, 1) * 255).astype(np.uint8)
             pixels = np.concatenate([pixels, opacity], axis=2)
         self._answer(Answer("picture", job.number, final, pixels, metadata))
-
-
-def _of_textures(scene: Scene) -> tuple[Any, ...]:
-    """Return what the textures of a scene are made of."""
-    lit = bool(scene.lighting), scene.gradient
-    return (*scene.volumes, scene.transfer_function, *lit) if scene.classification == "slab" else (*scene.volumes, *lit)
 
 
 def _of_motion(scene: Scene) -> tuple[Any, ...]:
