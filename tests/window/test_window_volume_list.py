@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
+from support import panel_frames
 from support.desks import SIZE, desk_with, done, said
 from support.large import large
 from support.raised import raised
@@ -350,3 +351,15 @@ def test_volumes_of_the_history_do_not_keep_what_shows_of_them(folder: Path) -> 
     assert len(document.history.past) == 7 and len(content._KNOWN) <= known
     done(desk, *["undo"] * 7)
     assert len(content._KNOWN) <= known
+
+
+def test_the_shown_list_changes_nothing_by_itself(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with panel_frames.headless():
+        desk = panel_frames.desk_of_noise(folder, monkeypatch)
+        document = done(desk, "opacity 1 0.2913")  # which is no number of single precision
+        steps, scene = len(document.history.past), document.scene
+        panel_frames.shown(desk, "Scene")
+        assert document.scene is scene and len(document.history.past) == steps
+        desk.step(back=True)
+        panel_frames.shown(desk, "Scene")
+        assert tinting.tint_of(document.scene.transfer_function).opacity == 1.0  # type: ignore[arg-type]

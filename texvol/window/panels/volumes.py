@@ -119,11 +119,11 @@ def _color(desk: Desk, document: Document, number: int, entry: Entry, acts: list
 def _opacity(desk: Desk, document: Document, number: int, entry: Entry, acts: list[Act]) -> None:
     factor = 100 * tint_of(entry.owner.medium).opacity
     imgui.set_next_item_width(_CONTROL * imgui.get_content_region_avail().x)
-    _, wanted = imgui.slider_float("opacity##volume", factor, 0.0, max(_MOST_OPACITY, factor), "%.0f %%")
+    changed, wanted = imgui.slider_float("opacity##volume", factor, 0.0, max(_MOST_OPACITY, factor), "%.0f %%")
     imgui.set_item_tooltip("how dense the volume is, compared with its transfer function; a double click resets it")
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(0):
-        wanted = 100.0
-    if wanted != factor and wanted >= 0:
+        changed, wanted = factor != 100, 100.0
+    if changed and wanted >= 0:  # an unchanged number differs from `factor` by the rounding to single precision
         acts.append(lambda: list_editing.set_opacity(desk, document, number, wanted / 100))
 
 
