@@ -138,6 +138,38 @@ def test_closing_while_a_file_is_written_asks_and_may_wait() -> None:
     assert desk.wants_close
 
 
+def test_changes_made_while_the_window_waits_for_a_file_are_asked_about() -> None:
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    desk.change(background=RED)
+    done(desk, "picture a.png", "close", "answer close without saving", "answer close when written")
+    desk.change(background=GREEN)
+    clerk.done(desk)
+    assert not desk.wants_close
+    asked(desk, "one.npy has unsaved changes")
+    done(desk, "answer cancel", "picture a.png", "close", "answer close without saving", "answer close when written")
+    clerk.done(desk)
+    assert desk.wants_close, "no change is newer than the answer"
+
+
+def test_pictures_that_wait_to_be_written_have_names_of_their_own() -> None:
+    desk = desk_with("one.npy")
+    clerk = writing(desk)
+    done(desk, "picture", "picture", "picture")
+    for name in ("one-1.png", "one-2.png", "one-3.png"):
+        assert [job["path"] for job in clerk.jobs] == [name]
+        clerk.done(desk)
+    done(desk, "picture a.png", "picture b.png", "picture b.png")
+    assert asked(desk, "b.png is still to be written").words == ("write b-1.png", "replace it", CANCEL)
+    keyed(desk, "escape")
+    done(desk, "picture a.png")
+    assert asked(desk, "a.png is still to be written").words[0] == "write a-1.png"
+    keyed(desk, "escape")
+    desk.stop_writing()
+    done(desk, "picture b.png")
+    assert desk.question is None
+
+
 def test_a_file_that_fails_keeps_the_window_open_and_stopping_does_not() -> None:
     desk = desk_with("one.npy")
     clerk = writing(desk)
@@ -165,6 +197,16 @@ def test_what_another_scene_replaces_comes_back_with_its_view_and_history() -> N
     assert done(desk, "undo").scene.background == RED
     assert done(desk, "redo", "redo") is second and second.scene.background != BLUE
     assert done(desk, "redo").scene.background == BLUE and not desk.can_step(back=False)
+
+
+def test_a_scene_comes_back_in_the_view_in_which_it_was_left() -> None:
+    desk = desk_with("one.npy")
+    first = desk.document
+    assert first is not None
+    first.frame_home(desk.pixels)
+    desk.change(crop=((0.0, 2.0), (0.0, 2.0), (0.0, 2.0)))  # what shows is framed when the window is resized, not now
+    before = first.view
+    assert done(desk, "open two.npy", "undo") is first and first.at_home and first.view == before
 
 
 def test_back_and_forward_leave_the_steps_alone() -> None:

@@ -22,7 +22,7 @@ def close(desk: Desk) -> None:
     what = f"save {len(unsaved)} scenes" if len(unsaved) > 1 else f"save {_file(unsaved[0])}"
     answers = {
         f"{what} and close": lambda: save_all(desk, unsaved),
-        "close without saving": lambda: _end_writing(desk),
+        "close without saving": lambda: _end_writing(desk, unsaved),
     }
     notes = tuple(f"{each.name} → {_file(each)}" for each in unsaved) if len(unsaved) > 1 else ()
     desk.ask(Question(f"{count} unsaved changes.", answers, notes))
@@ -41,14 +41,26 @@ def save_all(desk: Desk, documents: Sequence[Document]) -> None:
     exporting.scene(desk, first, then=lambda: save_all(desk, others))
 
 
-def _end_writing(desk: Desk) -> None:
-    """Close the window; if a file is being written, ask first."""
+def _end_writing(desk: Desk, abandoned: Sequence[Document] = ()) -> None:
+    """Close the window; if a file is being written, ask first.
+
+    The changes of `abandoned` documents are not asked about again, unless there are further ones.
+    """
     if desk.writing is None:
         desk.wants_close = True
         return
 
+    states = {id(each): (each.history.now, each.showing) for each in abandoned}
+
+    def close_then() -> None:
+        desk.when_written = None
+        if any(each.unsaved and states.get(id(each)) != (each.history.now, each.showing) for each in desk.documents):
+            close(desk)
+        else:
+            desk.wants_close = True
+
     def wait() -> None:
-        desk.closes_when_written = True
+        desk.when_written = close_then
         desk.say("the window closes when the file is written")
 
     def stop() -> None:

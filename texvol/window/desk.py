@@ -91,11 +91,11 @@ class Desk:
     clerk : Painter, optional
         Process that writes pictures and films, started when first needed.
     writing : float, optional
-        Fraction of a file that is written, from 0 to 1; None if no file is being written. `written` is its path.
+        Fraction of a file that is written, from 0 to 1; None if no file is being written. `job` describes it.
     orders : list of dict
         Files to be written after the current one.
-    closes_when_written : bool
-        True if the window closes as soon as no file is being written.
+    when_written : callable, optional
+        What is done as soon as no file is being written.
     is_played : bool
         True if a script is played back.
     gripping : bool
@@ -135,10 +135,10 @@ class Desk:
     measuring: Measuring = field(default_factory=Measuring)
     clerk: Painter | None = None
     writing: float | None = None
-    written: str = ""
+    job: dict[str, Any] = field(default_factory=dict)
     clipboard: Clipboard = field(default_factory=Clipboard)
     orders: list[dict[str, Any]] = field(default_factory=list)
-    closes_when_written: bool = False
+    when_written: Callable[[], Any] | None = None
     wants_close: bool = False
     is_played: bool = False
     gripping: bool = False
@@ -271,6 +271,7 @@ class Desk:
         recent.remember(name, None if name == document.origin.scene_file else document.scene)
 
     def _show(self, document: Document) -> None:
+        document.fit(self.pixels)
         self.layout.turn_to(document, self.document)
         self.document = document
         self.panel_state.clear()
@@ -294,7 +295,6 @@ class Desk:
         other = self.replaced.step(document, back=back)
         if other is None:
             return
-        other.fit(self.pixels)
         self._show(other)
         returns = f"redo returns to {document.name}" if back else f"undo returns to {document.name}"
         self.say(f"this is {other.name} again; {returns}")
@@ -348,15 +348,14 @@ class Desk:
             return
         if self.clerk is None or not self.clerk.alive:
             self.clerk = self.make_painter()
-        clerk, job, self.writing = self.clerk, self.orders.pop(0), 0.0
-        self.written = str(job["path"])
-        self.attempt(lambda: clerk.ask(**job))
+        clerk, self.job, self.writing = self.clerk, self.orders.pop(0), 0.0
+        self.attempt(lambda: clerk.ask(**self.job))
 
     def stop_writing(self) -> None:
         """Cancel writing the file, and those that wait to be written."""
         if self.clerk is not None:
             self.clerk.drop()
-        self.writing, self.closes_when_written = None, False
+        self.writing = self.when_written = None
         self.orders.clear()
 
     def close(self) -> None:
@@ -382,12 +381,13 @@ class Desk:
         for warning in answer.metadata.get("warnings", ()):
             self.say(warning)
         if answer.kind == "failed":
-            self.closes_when_written = False
+            self.when_written = None
             self.say(answer.text, fault=True)
         else:
             self._wrote(answer)
         self._write_next()
-        self.wants_close |= self.closes_when_written and self.writing is None
+        if self.writing is None and self.when_written is not None:
+            self.when_written()
 
     def _wrote(self, answer: Answer) -> None:
         for name in ("picture name", "film name", "time film name"):

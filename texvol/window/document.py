@@ -254,11 +254,18 @@ class Document:
 
         See `texvol.window.reframing` for the latter.
         """
-        self._size = size
-        if self.at_home and sum(volume.size for volume in self.scene.volumes) > _QUICK:
+        if size != self._size:
+            self._size = size
+            self._reframe()
+
+    def _reframe(self) -> None:
+        """Frame an unchanged home view anew."""
+        if not self.at_home or self._size is None:
+            return
+        if sum(volume.size for volume in self.scene.volumes) > _QUICK:
             self.unframed = True
-        elif self.at_home:
-            self.frame_home(size)
+        else:
+            self.frame_home(self._size)
 
     def frame_home(self, size: tuple[int, int]) -> None:
         """Frame the home view anew for a picture of `size` pixels, now."""
@@ -331,7 +338,7 @@ class Document:
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
             if not np.array_equal(one, other):
-                self.fit(self._size)
+                self._reframe()
 
 
 def opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:

@@ -43,7 +43,7 @@ def scene(
 
 def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int] | None = None) -> None:
     """Have a picture written, by default of the size that the 3D view has alone."""
-    path, wanted = path or saving.default_name(document, ".png"), size or desk.layout.alone(desk.pixels)
+    path, wanted = path or proposed(desk, document, ".png"), size or desk.layout.alone(desk.pixels)
     accuracy = desk.accuracy if wanted == desk.pixels else desk.director.accuracy
 
     def write(chosen: str) -> None:
@@ -84,15 +84,32 @@ def film(
         guarded(desk, path, lambda each: own_files.written(each, views), write)
 
 
+def proposed(desk: Desk, document: Document, suffix: str) -> str:
+    """Return a file name that no file has, nor one that is still to be written."""
+    return saving.default_name(document, suffix, _to_write(desk))
+
+
+def _to_write(desk: Desk) -> set[str]:
+    """Return the real paths of the files that are being written, or wait for it."""
+    jobs = [*([] if desk.writing is None else [desk.job]), *desk.orders]
+    return {own_files.real(each) for job in jobs for each in own_files.written(job["path"], job.get("views"))}
+
+
 def guarded(desk: Desk, path: str, files: Callable[[str], Iterable[str]], write: Callable[[str], Any]) -> None:
-    """Call `write` with the path; if it would overwrite files of others, ask whether to write beside them instead."""
-    reasons = {each: why for each in files(path) if (why := desk.own.foreign(each))}
+    """Call `write` with the path; if it would overwrite files of others, ask whether to write beside them instead.
+
+    The same holds for files that are still to be written.
+    """
+    taken, wanted = _to_write(desk), list(files(path))
+    waiting = {each: "is still to be written" for each in wanted if own_files.real(each) in taken}
+    reasons = waiting or {each: why for each in wanted if (why := desk.own.foreign(each))}
     if not reasons:
         write(path)
         return
     (first, why), further = next(iter(reasons.items())), len(reasons) - 1
-    several = f", and {further} more {'do' if why == 'exists' else 'have'}" if further else ""
-    other = own_files.unused(path, files)
+    verb = "are" if waiting else "do" if why == "exists" else "have"
+    several = f", and {further} more {verb}" if further else ""
+    other = own_files.unused(path, files, taken=taken)
     desk.ask(
         Question(
             f"{os.path.basename(first)} {why}{several}. Replace {'it' if len(reasons) == 1 else 'them'}?",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,7 @@ class OwnFiles:
 
     def learn(self, marks: Mapping[str, Mark | None]) -> None:
         """Remember files by the marks that they had when they were read."""
-        self._known.update({_real(path): mark for path, mark in marks.items()})
+        self._known.update({real(path): mark for path, mark in marks.items()})
 
     def wrote(self, paths: Iterable[str]) -> None:
         """Remember files that have just been written."""
@@ -47,13 +47,13 @@ class OwnFiles:
 
     def foreign(self, path: str) -> str:
         """Return why a file must not be overwritten unasked, as part of a sentence; "" if it may be."""
-        now, path = mark_of(path), _real(path)
+        now, path = mark_of(path), real(path)
         if now is None or self._known.get(path) == now:
             return ""
         return "has been changed by another program" if path in self._known else "exists"
 
 
-def _real(path: str) -> str:
+def real(path: str) -> str:
     """Return the path without links; the path itself where there can be no such file, which the writer will say."""
     try:
         return os.path.realpath(path)
@@ -79,17 +79,23 @@ def marks_of_scene(path: str | None) -> dict[str, Mark | None]:
     return marks
 
 
-def unused(path: str, files: Callable[[str], Iterable[str]], first: bool = False) -> str:
+def unused(path: str, files: Callable[[str], Iterable[str]], first: bool = False, taken: Collection[str] = ()) -> str:
     """Return a path of which no file exists, with a number before the suffix; with `first`, the path itself may do.
 
     Parameters
     ----------
     files : callable
         Returns the files that are written for a path.
+    taken : collection of str
+        Real paths of files that are still to be written.
     """
+
+    def is_free(name: str) -> bool:
+        return not any(os.path.lexists(each) or real(each) in taken for each in files(name))
+
     stem, suffix = os.path.splitext(path)
     names = ([path] if first else []), (f"{stem}-{number}{suffix}" for number in count(1))
-    return next(each for several in names for each in several if not any(map(os.path.lexists, files(each))))
+    return next(each for several in names for each in several if is_free(each))
 
 
 def written(path: str, views: int | None) -> list[str]:

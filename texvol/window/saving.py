@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,13 @@ _OPTIONS = (
 )
 
 
-def default_name(document: Document, suffix: str) -> str:
-    """Return an unused file name in the current folder: the volume's name with a number."""
+def default_name(document: Document, suffix: str, taken: Collection[str] = ()) -> str:
+    """Return an unused file name in the current folder: the volume's name with a number.
+
+    `taken` are the real paths of files that are still to be written.
+    """
     stem = Path(document.origin.volume).name.split(".")[0] or "scene"
-    return unused(stem + suffix, lambda name: files_of(name, document) if suffix == ".toml" else [name])
+    return unused(stem + suffix, lambda name: files_of(name, document) if suffix == ".toml" else [name], taken=taken)
 
 
 def files_of(path: str, document: Document) -> list[str]:

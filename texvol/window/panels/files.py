@@ -30,7 +30,7 @@ def show(desk: Desk) -> None:
     _saving(desk, document)
     imgui.separator_text("Picture")
     _picture(desk, document)
-    film.show(desk, document, lambda: _name(desk, "film name", lambda: saving.default_name(document, ".mp4")))
+    film.show(desk, document, lambda: _name(desk, "film name", lambda: exporting.proposed(desk, document, ".mp4")))
     film_over_time.show(desk, document)
 
 
@@ -106,7 +106,7 @@ def _picture(desk: Desk, document: Document) -> None:
     if changed:
         state["picture size"] = [min(max(int(each), 1), 16384) for each in wanted]
     document.show(transparent=parts.switch("transparent background", document.showing.transparent))
-    name = _name(desk, "picture name", lambda: saving.default_name(document, ".png"))
+    name = _name(desk, "picture name", lambda: exporting.proposed(desk, document, ".png"))
     if imgui.button("save##picture"):
         width, height = state.get("picture size", desk.layout.alone(desk.pixels))
         exporting.picture(desk, document, name, (width, height))

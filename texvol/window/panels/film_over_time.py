@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from imgui_bundle import imgui
 
-from texvol.window import saving, time_film
+from texvol.window import exporting, time_film
 from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.panels import film, parts
@@ -18,7 +18,7 @@ def show(desk: Desk, document: Document) -> None:
     imgui.push_id("over time")
     state = desk.panel_state
     if not state.get("time film name"):
-        state["time film name"] = saving.default_name(document, "-time.mp4")
+        state["time film name"] = exporting.proposed(desk, document, "-time.mp4")
     fps = parts.number("frames per second", state.get("time fps", desk.times.pace))
     imgui.set_item_tooltip("time steps per second of a film; numbered pictures have none")
     if 0.1 <= fps <= 1000:

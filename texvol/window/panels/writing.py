@@ -29,8 +29,9 @@ def show(desk: Desk) -> None:
     flags = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_nav
     imgui.begin("writing", None, flags | imgui.WindowFlags_.no_focus_on_appearing)
     waiting = f", {len(desk.orders)} more after it" if desk.orders else ""
-    name = os.path.basename(desk.written) or "a file"
-    forecast = desk.moving.forecasts.get(desk.written)
+    path = str(desk.job.get("path", ""))
+    name = os.path.basename(path) or "a file"
+    forecast = desk.moving.forecasts.get(path)
     # Nothing is known of the speed before the second picture of a film; before the first one, that of another file is.
     left = desk.moving.left.text(desk.now) if desk.writing > 0 else ""
     left = left or ("" if forecast is None else f"{duration(forecast)} or so")
@@ -54,6 +55,6 @@ def show(desk: Desk) -> None:
 
 def stop(desk: Desk) -> None:
     """Stop writing, and say so."""
-    name = os.path.basename(desk.written)
+    name = os.path.basename(str(desk.job.get("path", "")))
     desk.stop_writing()
     desk.say(f"stopped: {name} is not written" if name else "stopped")
