@@ -131,7 +131,9 @@ def named(path: Path, **how: object) -> dict[int, str]:
     return names_of(texvol.load(path, labels=True, **how), range(1, 8))  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("name", ["seg.txt", "seg.nii.txt", "seg.nii.gz.txt", "seg.lut", "seg.ctbl", "seg.label"])
+@pytest.mark.parametrize(
+    "name", ["seg.txt", "seg.nii.txt", "seg.nii.gz.txt", "seg.lut", "seg.ctbl", "seg.ctab", "seg.label"]
+)
 def test_a_table_of_the_same_name_is_found(tmp_path: Path, name: str) -> None:
     volume = segmentation(tmp_path / "seg.nii.gz")
     written(tmp_path / "other.txt", "1 a\n2 b\n7 c\n")

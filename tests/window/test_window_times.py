@@ -21,6 +21,7 @@ from texvol.window import opening, playing, saving
 from texvol.window.ahead import Ahead, Track
 from texvol.window.desk import Desk
 from texvol.window.document import opened_file
+from texvol.window.screen import Screen
 
 STEPS, SIDE = 6, 12
 VALUES = np.arange(STEPS * SIDE**3, dtype=np.float32).reshape(STEPS, SIDE, SIDE, SIDE) % 1009
@@ -311,3 +312,44 @@ def test_a_step_is_shown_even_if_there_is_no_memory_to_prepare_it(folder: Path) 
     ahead.ask([track], [3])
     waited(ahead, lambda: ahead.steps([track.key], 3) is not None)
     ahead.close()
+
+
+class Glfw:
+    """A monitor of 1280 x 800 with a bar of 30 at its top, and a window with a frame on it."""
+
+    MAXIMIZED = 1
+
+    def __init__(self, top: int, height: int) -> None:
+        self.top, self.height, self.maximised = top, height, False
+
+    def get_primary_monitor(self) -> bool:
+        return True
+
+    def get_window_attrib(self, window: object, name: int) -> bool:
+        return self.maximised
+
+    def get_monitor_workarea(self, monitor: object) -> tuple[int, int, int, int]:
+        return 0, 30, 1280, 770
+
+    def get_window_pos(self, window: object) -> tuple[int, int]:
+        return 1, self.top
+
+    def get_window_frame_size(self, window: object) -> tuple[int, int, int, int]:
+        return 1, 20, 1, 5
+
+    def get_window_size(self, window: object) -> tuple[int, int]:
+        return 1278, self.height
+
+    def set_window_size(self, window: object, width: int, height: int) -> None:
+        assert width == 1278
+        self.height = height
+
+
+@pytest.mark.parametrize("top, height, more", [(50, 745, 0), (50, 720, 25), (50, 600, 44), (300, 745, 0)])
+def test_the_window_grows_by_the_time_bar_as_far_as_the_monitor_has_room(top: int, height: int, more: int) -> None:
+    screen = Screen.__new__(Screen)
+    screen._glfw, screen._window, screen._windowed = glfw, _, _ = Glfw(top, height), object(), None
+    assert screen.grow(44) == more and glfw.height == height + more
+    assert screen.grow(-more) == -more and glfw.height == height
+    glfw.maximised = True
+    assert screen.grow(44) == 0 and glfw.height == height

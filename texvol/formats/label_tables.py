@@ -4,7 +4,7 @@ A table is a text file. Empty lines and lines that begin with # or // are left o
 a header. All other lines have one form:
 
     1  255 0 0  1 1 1  "liver"        ITK-SNAP: label, red, green, blue, opacity, visible, mesh, name
-    1  liver  255 0 0 0               FreeSurfer, 3D Slicer (.ctbl): label, name, red, green, blue[, alpha]
+    1  liver  255 0 0 0               FreeSurfer (.ctab), 3D Slicer (.ctbl): label, name, red, green, blue[, alpha]
     1  1.0 0.0 0.0  liver             FSL (.lut): label, red, green, blue, name; from 0 to 1, or whole numbers to 255
     liver                             Connectome Workbench: a line with the name, and
     1  255 0 0 255                    a line with label, red, green, blue, alpha
@@ -35,7 +35,7 @@ from texvol.util.errors import InputError
 from texvol.util.shown_text import shown_line
 
 NONE = "none"  # in place of a file: no table, also if there is one beside the volume
-ENDINGS = (".txt", ".lut", ".ctbl", ".label", ".csv", ".tsv")
+ENDINGS = (".txt", ".lut", ".ctbl", ".ctab", ".label", ".csv", ".tsv")
 _MOST_BYTES = 1 << 22  # FreeSurfer's own table has 0.1 MB
 _MOST_FOUND_BYTES = 1 << 20  # of a file that nobody asked for
 _MOST_LISTED, _MOST_TRIED = 4096, 32  # files of a folder that are looked at, and that are read

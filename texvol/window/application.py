@@ -71,7 +71,7 @@ class Application:
         self._desk.is_played = is_played
         self._desk.preferences.panels, self._desk.preferences.width = plan.panels, beside
         self._minimised = self._over = False
-        self._foot = 0  # height of the time bar
+        self._foot = self._grown = 0  # height of the time bar, and what the window has grown by it
         self._lively = _FRAMES_AFTER_EVENT
         self._mark = ""
         self._frames = 0  # frames counted against `plan.frames`
@@ -125,7 +125,9 @@ class Application:
         """Return the size of the picture if the user has changed that of the window."""
         desk, area = self._desk, self._desk.layout.area
         width, height = self._screen.size
-        same = (width, height - self._foot) == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
+        same = (
+            (width, height - self._grown) == self._first_size or desk.preferences.fullscreen or self._screen.is_remote
+        )
         return None if same else (round(area.width), round(area.height))
 
     def frame(self) -> None:
@@ -273,8 +275,8 @@ class Application:
         beside = min(desk.preferences.width * scale, MOST_PANEL * width) if desk.preferences.panels else 0
         area = Viewport(0, 0, width - round(beside), height)
         foot = round(panels.timebar.room(desk))
-        if foot != self._foot and not screen.is_remote:  # the picture keeps its height if the monitor has room for it
-            screen.resize((width, height + foot - self._foot))
+        if foot != self._foot:  # the picture keeps its height if the monitor has room for it
+            self._grown += screen.grow(foot - self._grown)
         self._foot = foot
         desk.viewport = desk.layout.arrange(area, scale, desk.document is not None, foot)
         if width and height:

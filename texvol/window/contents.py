@@ -30,7 +30,7 @@ from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
 KINDS = {".toml": "scene"} | dict.fromkeys((".json", *foreign.ENDINGS), "transfer function")
-KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".label"), "names of labels")
+KINDS |= dict.fromkeys((".txt", ".lut", ".ctbl", ".ctab", ".label"), "names of labels")
 KINDS |= dict.fromkeys((".ply", ".stl", ".obj", ".vtp"), "mesh")
 
 

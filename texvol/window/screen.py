@@ -151,6 +151,19 @@ class Screen:
         left, top, right, bottom = self._glfw.get_window_frame_size(self._window)
         self._glfw.set_window_size(self._window, *_fitting(self._glfw, size, (left + right, top + bottom)))
 
+    def grow(self, more: int) -> int:
+        """Make the window taller at its foot, or shorter; return by how much: it stays on the monitor's work area."""
+        glfw, window, monitor = self._glfw, self._window, self._glfw.get_primary_monitor()
+        if self._windowed is not None or glfw.get_window_attrib(window, glfw.MAXIMIZED) or not monitor:
+            return 0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # Wayland tells no position
+            _, top, _, height = glfw.get_monitor_workarea(monitor)
+            foot = glfw.get_window_pos(window)[1] + self.size[1] + glfw.get_window_frame_size(window)[3]
+        more = min(more, max(top + height - foot, 0))
+        glfw.set_window_size(window, self.size[0], self.size[1] + more)
+        return more
+
     def iconify(self, down: bool) -> None:
         """Minimise the window if `down` is True, else restore it."""
         (self._glfw.iconify_window if down else self._glfw.restore_window)(self._window)

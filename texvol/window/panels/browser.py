@@ -207,7 +207,7 @@ def _row(browser: Browser, entry: Entry, *, is_selected: bool) -> bool:
     here = f"this folder: {entry.what}" + (" store" if entry.what == "Zarr" else " slices as one volume")
     text = here if entry.name == HERE else f"{entry.name}/" if entry.is_folder else entry.name
     flags = imgui.SelectableFlags_.allow_double_click | imgui.SelectableFlags_.span_all_columns
-    clicked, _ = imgui.selectable(text, is_selected, flags)
+    clicked, _ = imgui.selectable(parts.fitting(text, imgui.get_content_region_avail().x), is_selected, flags)
     imgui.set_item_tooltip(text if entry.is_known or entry.is_folder else f"{text}: no file that texvol reads")
     if is_selected and browser.moved:
         imgui.set_scroll_here_y(0.5)

@@ -101,7 +101,7 @@ def _row(label: int, name: str, opacity: float, color: parts.Color) -> tuple[flo
     color = parts.color("##color", color, small=True)
     imgui.table_next_column()
     imgui.align_text_to_frame_padding()
-    text = name or f"label {label}"
+    text = parts.fitting(name or f"label {label}", imgui.get_content_region_avail().x)
     imgui.text_unformatted(text) if opacity > 0 else imgui.text_disabled(text)
     imgui.set_item_tooltip(f"label {label}" + (f": {name}" if name else ""))
     imgui.table_next_column()

@@ -104,6 +104,10 @@ class OffScreen:
             self._size = size
             self._allocate()
 
+    def grow(self, more: int) -> int:
+        """Return 0: the size is the viewer's."""
+        return 0
+
     def iconify(self, down: bool) -> None:
         """Do nothing: the browser's window is the viewer's own."""
 
