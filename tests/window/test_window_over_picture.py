@@ -18,6 +18,7 @@ from texvol.scene.volume import Volume
 from texvol.window import panels
 from texvol.window.desk import Desk
 from texvol.window.panels import cube, grips, overlay, planes, tips
+from texvol.window.slice_views import Plane
 from texvol.window.slices import NAMES
 from texvol.window.steering import Viewport
 
@@ -114,10 +115,40 @@ def test_the_annotation_is_drawn_over_each_part_of_a_slice_where_it_is_in_the_pi
         imgui.end_frame()
     assert len(drawn) == 24, "four quarters of three slices, and the annotation over each"
     for (name, parts, _), (over, again, _) in zip(drawn[::2], drawn[1::2], strict=True):
-        assert name in NAMES and over == "annotation" and len(parts) == len(again) == count
+        assert name.removesuffix(" 0") in NAMES and over == "annotation" and len(parts) == len(again) == count
         for (corners, _), (same, places) in zip(parts, again, strict=True):
             assert (corners == same).all()
             np.testing.assert_allclose((100, 450) + places * (600, -400), corners)
+
+
+@pytest.mark.parametrize("projection, off", [("orthographic", 1e-6), ("perspective", 1.0)])
+def test_slices_in_the_picture_have_further_volumes_over_them(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch, projection: Any, off: float
+) -> None:
+    np.save("parts.npy", np.arange(27, dtype=np.uint8).reshape(3, 3, 3))
+    document = done(desk, "add parts.npy", "spacing 2 2.5,2.5,2.5", "as-labels 2")  # it juts out of the first
+    if projection != document.view.camera.projection:
+        done(desk, "projection")
+    desk.viewport, drawn, layout = Viewport(100, 50, 600, 400), [], desk.layout
+    monkeypatch.setattr(planes, "_annotation", lambda desk: None)
+    monkeypatch.setattr(planes, "_texture", lambda desk, name, layer: (name, layer))
+    monkeypatch.setattr(planes, "_add", lambda drawn_in, *what: drawn.append(what))
+    layout.follow(document.scene)
+    with headless():
+        imgui.new_frame()
+        planes._pictures(desk, document, None)
+        imgui.end_frame()
+    for name in NAMES:
+        plane, covered = Plane.of(document.scene.volume, layout.slices[name], layout.number(name)), 0.0
+        for (texture, layer), polygons, _ in drawn:
+            for places, fractions in polygons if texture == f"{name} 1" else ():
+                assert (fractions >= -1e-9).all() and (fractions <= 1 + 1e-9).all()
+                corners = np.array([plane.point(*each) for each in layer.corners])
+                wanted = planes._placed(desk, document.view.camera, planes._at(corners, fractions))
+                np.testing.assert_allclose(places, wanted, atol=off)
+                x, y = fractions.T
+                covered += abs(x @ np.roll(y, 1) - y @ np.roll(x, 1)) / 2
+        assert covered == pytest.approx(1), "all of the further volume's picture, once"
 
 
 def test_the_ends_of_the_crop_box_say_how_they_are_changed(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -128,7 +159,7 @@ def test_the_ends_of_the_crop_box_say_how_they_are_changed(desk: Desk, monkeypat
 
 
 def test_the_time_that_was_left_of_another_file_is_not_told(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
-    desk.written, desk.now = "second.mp4", 60.0
+    desk.job, desk.now = {"path": "second.mp4"}, 60.0
     for part, now in ((0.5, 50.0), (0.9, 59.0)):
         desk.moving.left.learn(part, now)
     desk.moving.forecasts["second.mp4"] = 42.0
@@ -143,7 +174,7 @@ def test_the_time_that_was_left_of_another_file_is_not_told(desk: Desk, monkeypa
 def test_over_a_small_picture_what_is_written_is_a_tooltip(
     desk: Desk, monkeypatch: pytest.MonkeyPatch, side: float, is_small: bool
 ) -> None:
-    desk.writing, desk.written = 0.4, "film.mp4"
+    desk.writing, desk.job = 0.4, {"path": "film.mp4"}
     wrapped: list[str] = []
     text = imgui.text_wrapped
     with headless(), noticed(monkeypatch) as seen:

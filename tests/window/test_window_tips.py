@@ -89,7 +89,7 @@ def test_every_control_has_a_tooltip_while_a_file_is_written_and_another_is_chos
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     desk = dressed(desk_with("one.npy"))
-    desk.writing, desk.written = 0.4, "picture.png"
+    desk.writing, desk.job = 0.4, {"path": "picture.png"}
     with headless(), noticed(monkeypatch) as seen:
         shown(desk, "File")
         desk.browser = Browser("Open", lambda path: None, lambda: None, Path.cwd(), takes_words=True)

@@ -99,6 +99,37 @@ class SliceView:
         return self.plane.point(*self.middle)
 
 
+def fractions_in(one: Corners, fractions: NDArray[np.float64], other: Corners) -> NDArray[np.float64] | None:
+    """Return fractions of a parallelogram, shape (n, 2), as those of another one; None if that has no area."""
+    (origin, across, _, along), (start, right, _, below) = np.array(one), np.array(other)
+    sides = np.stack([right - start, below - start])
+    if abs(np.linalg.det(sides)) < 1e-12 * max(float((sides**2).sum()), 1e-300):
+        return None
+    positions = origin + fractions @ np.stack([across - origin, along - origin])
+    return np.asarray(np.linalg.solve(sides.T, (positions - start).T).T)
+
+
+def clipped(places: NDArray[np.float64], fractions: NDArray[np.float64]) -> tuple[NDArray, NDArray]:
+    """Return the part of a convex polygon, shape (n, 2), whose fractions are from 0 to 1.
+
+    Clipped side by side (Sutherland and Hodgman 1974).
+    """
+    points = np.hstack([places, fractions])
+    for axis, low in ((2, True), (2, False), (3, True), (3, False)):
+        inside = points[:, axis] if low else 1 - points[:, axis]
+        if (inside >= 0).all():
+            continue
+        kept = []
+        for n, point in enumerate(points):
+            here, next_ = inside[n], inside[(n + 1) % len(points)]
+            if here >= 0:
+                kept.append(point)
+            if (here < 0) != (next_ < 0):
+                kept.append(point + here / (here - next_) * (points[(n + 1) % len(points)] - point))
+        points = np.array(kept).reshape(-1, 4)
+    return points[:, :2], points[:, 2:]
+
+
 def layer_corners(volume: Volume, slice_: Slice, plane: Plane) -> Corners:
     """Return the corners of a layer of samples in the plane, around it from the upper left one, outer faces."""
     found = []

@@ -19,11 +19,12 @@ from texvol.window.desk import Desk
 from texvol.window.document import Document
 from texvol.window.panels import parts, tiles
 from texvol.window.slice_layers import Layer
-from texvol.window.slice_views import Plane, layer_corners
+from texvol.window.slice_views import Plane, clipped, fractions_in, layer_corners
 from texvol.window.slices import NAMES
 
 _OUTLINE, _CROSS = 0xE0_00_00_00, 0x70_00_00_00  # alpha of lines
 _PICTURE, _WHITE = 0xE6_FF_FF_FF, 0xFF_FF_FF_FF
+Polygon = tuple[NDArray[np.float64], NDArray[np.float64]]  # corners in the window, and in the texture
 _PARTS = 6  # along each side of a quarter, in perspective: a picture is drawn in parts without perspective of their own
 
 
@@ -92,11 +93,33 @@ def _pictures(desk: Desk, document: Document, drawn: Any) -> None:
                     middle = _at(corners, np.array([[(left + right) / 2, (top + bottom) / 2]]))
                     depth = float((middle[0] - np.array(camera.eye)) @ camera.forward)
                     quarters.append((depth, name, plane, found, (left, right, top, bottom)))
+    further = round(255 * layout.opacity) << 24 | 0xFF_FF_FF
     for _, name, plane, layers, ends in sorted(quarters, key=lambda each: -each[0]):
         quads = _quads(desk, camera, plane, layers[0], ends)
-        _add(drawn, _texture(desk, name, layers[0]), quads, _PICTURE)
+        _add(drawn, _texture(desk, f"{name} 0", layers[0]), quads, _PICTURE)
+        for number, layer in enumerate(layers[1:], 1):
+            over = _over(desk, camera, plane, (layers[0], layer), ends)
+            _add(drawn, _texture(desk, f"{name} {number}", layer), over, further)
         if annotation is not None:
             _add(drawn, annotation, [(corners, _in_picture(desk, corners)) for corners, _ in quads], _WHITE)
+
+
+def _over(
+    desk: Desk, camera: Camera, plane: Plane, layers: tuple[Layer, Layer], ends: tuple[float, float, float, float]
+) -> list[Polygon]:
+    """Return the part of a further volume's picture that is in a quarter; the quarter has no end beyond the first."""
+    first, layer = layers
+    found = fractions_in(layer.corners, np.array([(0, 0), (1, 0), (1, 1), (0, 1.0)]), first.corners)
+    if found is None:
+        return []
+    (left, top), (right, bottom) = np.minimum(found.min(axis=0), 0), np.maximum(found.max(axis=0), 1)
+    wide = ends[0] or left, right if ends[1] == 1 else ends[1], ends[2] or top, bottom if ends[3] == 1 else ends[3]
+    polygons = []
+    for places, fractions in _quads(desk, camera, plane, first, wide):
+        inner = fractions_in(first.corners, fractions, layer.corners)
+        if inner is not None and (inner.min(axis=0) < 1).all() and (inner.max(axis=0) > 0).all():
+            polygons.append(clipped(places, inner))
+    return [each for each in polygons if len(each[0]) > 2]
 
 
 def _at(corners: NDArray[np.float64], fractions: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -105,9 +128,9 @@ def _at(corners: NDArray[np.float64], fractions: NDArray[np.float64]) -> NDArray
 
 
 def _texture(desk: Desk, name: str, layer: Layer) -> Any:
-    """Return the texture of the first volume's slice."""
+    """Return the texture of a volume's slice."""
     assert desk.textures is not None
-    return imgui.ImTextureRef(desk.textures.get(f"slice {name} 0", layer.key, layer.make, nearest=layer.nearest))
+    return imgui.ImTextureRef(desk.textures.get(f"slice {name}", layer.key, layer.make, nearest=layer.nearest))
 
 
 def _annotation(desk: Desk) -> Any:
@@ -121,7 +144,7 @@ def _annotation(desk: Desk) -> Any:
 
 def _quads(
     desk: Desk, camera: Camera, plane: Plane, layer: Layer, ends: tuple[float, float, float, float]
-) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+) -> list[Polygon]:
     """Return the parts of a quarter, several in perspective: corners in the window and in the slice's picture."""
     corners = np.array([plane.point(*each) for each in layer.corners])
     count = _PARTS if camera.projection == "perspective" else 1
@@ -144,7 +167,10 @@ def _in_picture(desk: Desk, corners: NDArray[np.float64]) -> NDArray[np.float64]
     return np.asarray((corners - (box.x, box.y + box.height)) / (box.width, -box.height))
 
 
-def _add(drawn: Any, texture: Any, quads: list[tuple[NDArray[np.float64], NDArray[np.float64]]], color: int) -> None:
-    for corners, places in quads:
-        points = [imgui.ImVec2(*each) for each in corners.tolist()]
-        drawn.add_image_quad(texture, *points, *[imgui.ImVec2(*each) for each in places.tolist()], color)
+def _add(drawn: Any, texture: Any, polygons: list[Polygon], color: int) -> None:
+    """Draw convex polygons of a texture, in parts of four corners."""
+    for corners, places in polygons:
+        points, inside = ([imgui.ImVec2(*each) for each in which.tolist()] for which in (corners, places))
+        for n in range(1, len(points) - 1, 2):
+            part = 0, n, n + 1, min(n + 2, len(points) - 1)
+            drawn.add_image_quad(texture, *[points[each] for each in part], *[inside[each] for each in part], color)
