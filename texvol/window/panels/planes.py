@@ -114,11 +114,16 @@ def _over(
         return []
     (left, top), (right, bottom) = np.minimum(found.min(axis=0), 0), np.maximum(found.max(axis=0), 1)
     wide = ends[0] or left, right if ends[1] == 1 else ends[1], ends[2] or top, bottom if ends[3] == 1 else ends[3]
-    polygons = []
-    for places, fractions in _quads(desk, camera, plane, first, wide):
-        inner = fractions_in(first.corners, fractions, layer.corners)
-        if inner is not None and (inner.min(axis=0) < 1).all() and (inner.max(axis=0) > 0).all():
-            polygons.append(clipped(places, inner))
+    quads = _quads(desk, camera, plane, first, wide)
+    inner = fractions_in(first.corners, np.array([each for _, each in quads]).reshape(-1, 2), layer.corners)
+    if inner is None:
+        return []
+    corners = inner.reshape(-1, 4, 2)
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    meets, within = ((low < 1) & (high > 0)).all(axis=1), ((low >= 0) & (high <= 1)).all(axis=1)
+    polygons = [
+        (quads[n][0], corners[n]) if within[n] else clipped(quads[n][0], corners[n]) for n in np.flatnonzero(meets)
+    ]
     return [each for each in polygons if len(each[0]) > 2]
 
 
