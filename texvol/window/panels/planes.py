@@ -157,13 +157,13 @@ def _quads(
     across, along = np.linspace(left, right, count + 1), np.linspace(top, bottom, count + 1)
     grid = np.stack(np.meshgrid(across, along), axis=-1)
     places = _placed(desk, camera, _at(corners, grid.reshape(-1, 2))).reshape(grid.shape)
-    around = np.array([(0, 0), (0, 1), (1, 1), (1, 0)])
-    found = []
-    for row, column in np.ndindex(count, count):
-        rows, columns = (around + (row, column)).T
-        if np.isfinite(places[rows, columns]).all():
-            found.append((places[rows, columns], grid[rows, columns]))
-    return found
+    shown = np.isfinite(_cells(places)).all(axis=(1, 2))
+    return list(zip(_cells(places)[shown], _cells(grid)[shown], strict=True))
+
+
+def _cells(grid: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the corners of all cells of a grid of points, shape (n, 4, 2), around each cell."""
+    return np.stack([grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]], axis=2).reshape(-1, 4, 2)
 
 
 def _in_picture(desk: Desk, corners: NDArray[np.float64]) -> NDArray[np.float64]:
