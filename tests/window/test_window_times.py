@@ -320,7 +320,7 @@ class Glfw:
     MAXIMIZED = 1
 
     def __init__(self, top: int, height: int) -> None:
-        self.top, self.height, self.maximised = top, height, False
+        self.left, self.top, self.width, self.height, self.maximised = 1, top, 1278, height, False
 
     def get_primary_monitor(self) -> bool:
         return True
@@ -332,17 +332,33 @@ class Glfw:
         return 0, 30, 1280, 770
 
     def get_window_pos(self, window: object) -> tuple[int, int]:
-        return 1, self.top
+        return self.left, self.top
 
     def get_window_frame_size(self, window: object) -> tuple[int, int, int, int]:
         return 1, 20, 1, 5
 
     def get_window_size(self, window: object) -> tuple[int, int]:
-        return 1278, self.height
+        return self.width, self.height
 
     def set_window_size(self, window: object, width: int, height: int) -> None:
-        assert width == 1278
-        self.height = height
+        self.width, self.height = width, height
+
+    def set_window_pos(self, window: object, left: int, top: int) -> None:
+        self.left, self.top = left, top
+
+
+@pytest.mark.parametrize(
+    "size, place",
+    [((1920, 1080), (1, 50, 1278, 745)), ((900, 700), (300, 95, 900, 700)), ((600, 400), (300, 200, 600, 400))],
+)
+def test_a_resized_window_stays_on_the_monitor_with_its_frame(
+    size: tuple[int, int], place: tuple[int, int, int, int]
+) -> None:
+    screen = Screen.__new__(Screen)
+    screen._glfw, screen._window, screen._windowed = glfw, _, _ = Glfw(200, 500), object(), None
+    glfw.left = 300
+    screen.resize(size)
+    assert (glfw.left, glfw.top, glfw.width, glfw.height) == place
 
 
 @pytest.mark.parametrize("top, height, more", [(50, 745, 0), (50, 720, 25), (50, 600, 44), (300, 745, 0)])

@@ -144,25 +144,44 @@ class Screen:
             self._glfw.set_window_title(self._window, text)
 
     def resize(self, size: tuple[int, int]) -> None:
-        """Request another size, reduced so that the window fits its monitor's work area, unless it is maximised."""
-        if self._windowed is not None or self._glfw.get_window_attrib(self._window, self._glfw.MAXIMIZED):
+        """Request another size, unless the window is maximised; window and frame stay on the monitor's work area."""
+        area = self._area()
+        if area is None:
             return
-        # The bars that a window manager puts around a window are known once it is shown.
-        left, top, right, bottom = self._glfw.get_window_frame_size(self._window)
-        self._glfw.set_window_size(self._window, *_fitting(self._glfw, size, (left + right, top + bottom)))
+        left, top, right, bottom = area
+        width, height = min(size[0], right - left), min(size[1], bottom - top)
+        self._glfw.set_window_size(self._window, width, height)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # on Wayland, the compositor alone places windows
+            x, y = self._glfw.get_window_pos(self._window)
+            place = min(x, right - width), min(y, bottom - height)
+            if place != (x, y) and left <= x < right and top <= y < bottom:  # else it is on another monitor
+                self._glfw.set_window_pos(self._window, *place)
 
     def grow(self, more: int) -> int:
         """Make the window taller at its foot, or shorter; return by how much: it stays on the monitor's work area."""
-        glfw, window, monitor = self._glfw, self._window, self._glfw.get_primary_monitor()
-        if self._windowed is not None or glfw.get_window_attrib(window, glfw.MAXIMIZED) or not monitor:
+        area = self._area()
+        if area is None:
             return 0
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Wayland tells no position
-            _, top, _, height = glfw.get_monitor_workarea(monitor)
-            foot = glfw.get_window_pos(window)[1] + self.size[1] + glfw.get_window_frame_size(window)[3]
-        more = min(more, max(top + height - foot, 0))
-        glfw.set_window_size(window, self.size[0], self.size[1] + more)
+            foot = self._glfw.get_window_pos(self._window)[1] + self.size[1]
+        more = min(more, max(area[3] - foot, 0))
+        self._glfw.set_window_size(self._window, self.size[0], self.size[1] + more)
         return more
+
+    def _area(self) -> tuple[int, int, int, int] | None:
+        """Return the edges (left, top, right, bottom) that the window without its frame may have; None if it is full.
+
+        A window whose monitor is not known has no edges.
+        """
+        glfw, window, monitor = self._glfw, self._window, self._glfw.get_primary_monitor()
+        if self._windowed is not None or glfw.get_window_attrib(window, glfw.MAXIMIZED):
+            return None
+        x, y, width, height = glfw.get_monitor_workarea(monitor) if monitor else (0, 0, 0, 0)
+        left, top, right, bottom = glfw.get_window_frame_size(window)
+        far = 1 << 16
+        return x + left, y + top, (x + width or far) - right, (y + height or far) - bottom
 
     def iconify(self, down: bool) -> None:
         """Minimise the window if `down` is True, else restore it."""
@@ -337,13 +356,13 @@ def key_names(glfw: Any) -> dict[int, str]:
     }
 
 
-def _fitting(glfw: Any, size: tuple[int, int], frame: tuple[int, int] = (0, 0)) -> tuple[int, int]:
-    """Return the size, reduced so that with a frame around it, it fits the monitor's work area."""
+def _fitting(glfw: Any, size: tuple[int, int]) -> tuple[int, int]:
+    """Return the size, reduced to the monitor's work area."""
     monitor = glfw.get_primary_monitor()
     if not monitor:
         return size
-    width, height = np.subtract(glfw.get_monitor_workarea(monitor)[2:], frame).tolist()
-    return (min(size[0], width) if width > 0 else size[0], min(size[1], height) if height > 0 else size[1])
+    _, _, width, height = glfw.get_monitor_workarea(monitor)
+    return (min(size[0], width) if width else size[0], min(size[1], height) if height else size[1])
 
 
 def _display_text() -> str:
