@@ -54,7 +54,7 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     if len(units) > compositor.most_textures:
         raise InputError(
             f"{len(drawing.volumes)} volumes need {len(units)} textures at once, and this driver has room for "
-            f"{compositor.most_textures}"
+            f"{compositor.most_textures}; hide or leave out some of them"
         )
     blending = "add" if drawing.count else "under"
     compositor.draw_polygons("several", switches, stacks, units, uniforms, blending)
