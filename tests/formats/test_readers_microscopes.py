@@ -1,24 +1,26 @@
-"""Microscopes' formats: CZI as Zeiss' library writes it, LIF made by hand, and what is asked of the library for ND2."""
+"""Microscopes' formats: CZI as Zeiss' library writes it, ND2 and LIF made by hand."""
 
 from __future__ import annotations
 
 import struct
-import sys
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
 from pylibCZIrw import czi
 from support import marked
 from support.missing_library import check_asked_for
+from support.nd2_files import Told, nd2
 
 from texvol import InputError, load
+from texvol.__main__ import main
 from texvol.formats.readers import TimeSeries
 from texvol.formats.readers.microscopy import chosen_image
 from texvol.formats.readers.samples import Choice, FileFault
+from texvol.util.color import linear_from_srgb
 
 # One channel and time step has the marked values, the others nothing.
 CHANNELS, STEPS, CHANNEL, STEP = 2, 3, 1, 2
@@ -31,11 +33,13 @@ def planes(dtype: str = "u2") -> NDArray:
     return values
 
 
-def check(path: Path, dtype: str = "uint16", *, channels: int = CHANNELS) -> Any:
+def check(
+    path: Path, dtype: str = "uint16", *, channels: int = CHANNELS, spacing: tuple[float, ...] = marked.SPACING
+) -> Any:
     volume = load(path, channel=CHANNEL, time=STEP)
     np.testing.assert_array_equal(volume.values, marked.marked(dtype))
     assert volume.values.dtype == np.dtype(dtype)
-    np.testing.assert_allclose(volume.spacing, marked.SPACING, rtol=1e-6)
+    np.testing.assert_allclose(volume.spacing, spacing, rtol=1e-6)
     assert volume.unit == "µm" and not volume.origin.any()
     assert load(path, channel=0, time=STEP).values.max() == 0
     assert load(path, channel=CHANNEL, time=0).values.max() == 0
@@ -169,43 +173,106 @@ def test_a_lif_that_makes_no_sense(tmp_path: Path, content: bytes, reason: str) 
         load(tmp_path / "v.lif", channel=CHANNEL, time=STEP)
 
 
-class StandIn:
-    """Stand-in for a file of the library nd2: two positions, with all channels in each frame."""
-
-    def __init__(self, path: str) -> None:
-        self.sizes = {"T": STEPS, "P": 2, "Z": 3, "C": CHANNELS, "Y": 4, "X": 5}
-        self.dtype = np.dtype("u2")
-        self.loop_indices = [{"T": t, "P": p, "Z": z} for t, p, z in np.ndindex(STEPS, 2, 3)]
-        channels = [SimpleNamespace(name=name, color=SimpleNamespace(r=255, g=0, b=0)) for name in ("DAPI", "GFP")]
-        self.metadata = SimpleNamespace(channels=[SimpleNamespace(channel=each) for each in channels])
-
-    def __enter__(self) -> StandIn:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def read_frame(self, number: int) -> NDArray:
-        place = self.loop_indices[number]
-        return planes()[place["T"], :, place["Z"]] * (1 if place["P"] == 1 else 0)
-
-    def voxel_size(self) -> tuple[float, ...]:
-        return marked.SPACING
+# As NIS-Elements, both lengths of a pixel are one number.
+ND2_STEPS = (2.0, 2.0, 4.0)
 
 
-def test_nd2_by_what_its_library_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No program here writes the format; the library has tests of its own against Nikon's files."""
-    module = ModuleType("nd2")
-    module.ND2File = StandIn  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "nd2", module)
-    path = tmp_path / "v.nd2"
-    path.write_bytes(b"\xda\xce\xbe\x0a" + bytes(99))
-    with pytest.raises(InputError, match="has 2 images: 0 position 0, 1 position 1"):
-        load(path, channel=1, time=2)
-    volume = load(path, image=1, channel=CHANNEL, time=STEP)
+def frames(dtype: str = "u2", positions: int = 1) -> NDArray:
+    """Values of shape (T, P, Z, C, Y, X); those of the positions before the last are 0."""
+    found = planes(dtype).transpose(0, 2, 1, 3, 4)[:, np.newaxis]
+    return np.concatenate([0 * found] * (positions - 1) + [found], axis=1)
+
+
+def written_nd2(path: Path, values: NDArray | None = None, **told: Any) -> Path:
+    path.write_bytes(nd2(frames() if values is None else values, Told(**told)))
+    return path
+
+
+@pytest.mark.parametrize("packed", [False, True])
+@pytest.mark.parametrize(("dtype", "name"), [("u1", "uint8"), ("u2", "uint16"), ("f4", "float32")])
+def test_nd2(tmp_path: Path, dtype: str, name: str, packed: bool) -> None:
+    volume = check(written_nd2(tmp_path / "v.nd2", frames(dtype), packed=packed), name, spacing=ND2_STEPS)
+    assert [each.name for each in volume.channels] == ["DAPI", "GFP"]
+    azure = linear_from_srgb(np.array([0, 128 / 255, 1])).tolist()
+    np.testing.assert_allclose([each.color for each in volume.channels], [azure, [0, 1, 0]])
+
+
+def test_nd2_by_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = written_nd2(tmp_path / "v.nd2", frames(positions=2))
+    assert main(["info", str(path)]) == 2
+    assert "has 2 images: 0 position 0, 1 position 1; --image N or NAME chooses one" in capsys.readouterr().err
+    assert main(["info", str(path), "--image", "1", "--time", "2", "--channel", "1"]) == 0
+    told = capsys.readouterr().out
+    assert "5 x 4 x 3  (60 samples of uint16)" in told and "2 x 2 x 4 µm" in told
+    assert "channel 1 GFP of 2: 0 DAPI, 1 GFP" in told and "0 to 100" in told
+    assert main(["info", str(path), "--image", "0", "--time", "2", "--channel", "1"]) == 0
+    assert "0 to 0" in capsys.readouterr().out
+    picture = tmp_path / "p.png"
+    scene = ["--image", "position 1", "--time", "2", "--channel", "1", "--size", "20x20"]
+    assert main(["render", str(path), *scene, "-o", str(picture)]) == 0
+    shown = Image.open(picture).convert("RGB")
+    red, green, blue = (high for _, high in shown.getextrema())
+    assert green > 50 and red == blue == 0  # the colour of its channel
+
+
+def test_slices_of_nd2_that_run_downwards(tmp_path: Path) -> None:
+    volume = load(written_nd2(tmp_path / "v.nd2", downwards=True), channel=CHANNEL, time=STEP)
+    np.testing.assert_array_equal(volume.world_from_index, np.diag([2.0, 2.0, -4.0]))
     np.testing.assert_array_equal(volume.values, marked.marked("u2"))
-    np.testing.assert_allclose(volume.spacing, marked.SPACING)
-    assert load(path, image=0, channel=CHANNEL, time=STEP).values.max() == 0
+
+
+def test_one_slice_of_nd2_without_lengths_or_with_one_row(tmp_path: Path) -> None:
+    path = written_nd2(tmp_path / "v.nd2", frames()[STEP:, :, :1, :, :1], calibrated=False)
+    volume = load(path, channel=CHANNEL)
+    np.testing.assert_array_equal(volume.values, marked.marked("u2")[:1, :1])
+    assert volume.unit == "" and volume.spacing.tolist() == [1, 1, 1]
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_slices_that_an_nd2_lacks_are_told(tmp_path: Path, packed: bool) -> None:
+    first = STEP * planes().shape[2]  # frame of the step that has values
+    path = written_nd2(tmp_path / "v.nd2", missing=(0, 1, 2, first + 1), packed=packed)
+    lacking = load(path, channel=CHANNEL, time=STEP)
+    assert not lacking.values[1].any() and lacking.values[0].any()
+    assert any("1 of 3 slices are not in the file and are 0: 1" in note for note in lacking.notes)
+    assert not any("not in the file" in note for note in load(path, channel=CHANNEL, time=1).notes)
+    with pytest.raises(InputError, match="has no pixels of this position and time"):
+        load(path, channel=CHANNEL, time=0)
+
+
+def beyond_the_end(content: bytes) -> bytes:
+    """A file whose map says that its last frame begins where the file ends."""
+    name = f"ImageDataSeq|{STEPS * planes().shape[2] - 1}!".encode()
+    place = content.rindex(name) + len(name)
+    return content[:place] + struct.pack("<Q", len(content) - 8) + content[place + 8 :]
+
+
+def test_a_frame_of_nd2_that_lies_beyond_the_end_is_told(tmp_path: Path) -> None:
+    (tmp_path / "v.nd2").write_bytes(beyond_the_end(nd2(frames())))
+    volume = load(tmp_path / "v.nd2", channel=CHANNEL, time=STEP)
+    assert any("1 of 3 slices are not in the file and are 0: 2" in note for note in volume.notes)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (nd2(frames())[:-3000], "is truncated: it lacks the map of its parts"),
+        (nd2(frames())[:5000], "is truncated: it lacks the map of its parts"),
+        (nd2(frames())[:112], "is truncated: it lacks the map of its parts"),
+        (nd2(frames(), Told(custom_loop=True)), "has the axis U, which texvol does not read"),
+        (nd2(np.repeat(frames(), 2, 3)[:, :, :, :3], Told(rgb=True)), "has colours in each pixel"),
+        (nd2(frames(), Told(packed=True)).replace(b"\x78\x9c", b"\x78\0"), "cannot be read"),
+        (nd2(frames()).replace("uiHeight".encode("utf-16-le"), "uiHeighs".encode("utf-16-le")), "uiHeight"),
+    ],
+    ids=["end", "most", "all but its head", "loop of its own", "colours", "packed", "no height"],
+)
+def test_an_nd2_that_makes_no_sense(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], content: bytes, reason: str
+) -> None:
+    (tmp_path / "v.nd2").write_bytes(content)
+    assert main(["info", str(tmp_path / "v.nd2"), "--channel", str(CHANNEL), "--time", str(STEP)]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1 and reason in lines[0], lines
 
 
 def test_an_nd2_or_czi_that_makes_no_sense(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ _FRACTION = 0.1
 # Kinds of which there is a sixth as many inputs: reading them forks.
 SLOW = (
     *("dicom", "netcdf", "exodus", "med", "scene", "minc", "fits", "seg-y"),
-    *("lif", "czi", "gmsh", "vtk", "xdmf", "imaris", "hdf5"),
+    *("lif", "nd2", "czi", "gmsh", "vtk", "xdmf", "imaris", "hdf5"),
 )
 
 # Kinds whose reading starts threads, which do not outlive a fork: nothing in this process may have read one before.

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from support.fuzzing.seeds import STEPS, TURN, VALUES, Seed, of, written
+from support.nd2_files import Told, nd2
 
 _IDENTIFIER = re.compile(rb"<RetilingId>[0-9a-f-]{36}")
 _HEAD = (VALUES > 20).astype("u1")
@@ -24,6 +25,9 @@ def seeds() -> Iterator[Seed]:
     yield from _fits()
     yield from _segy()
     yield Seed("lif", {"v.lif": _lif()}, "v.lif")
+    for packed in (False, True):
+        told = Told(names=["own"], packed=packed)
+        yield Seed("nd2", {"v.nd2": nd2(VALUES.astype("u2")[np.newaxis, np.newaxis, :, np.newaxis], told)}, "v.nd2")
     yield _czi()
     yield from _transfers()
 

@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 
 from texvol.formats.readers.child_process import check_survived
-from texvol.formats.readers.microscopy import chosen_image, of_channel, spacing_of, stack
+from texvol.formats.readers.microscopy import chosen_image, note_on_missing, of_channel, spacing_of, stack
 from texvol.formats.readers.samples import Choice, FileFault, Samples, check_unpacked
 
 _WHITE = (1.0, 1.0, 1.0)
-_MOST_LISTED = 12
 _TYPES = {"Gray8": "u1", "Gray16": "u2", "Gray32Float": "f4"}
 
 
@@ -37,16 +36,8 @@ def read(path: str, choice: Choice) -> Samples:
         values, channel = stack(sizes, dtype, choice, plane)
         described = _metadata(file)
     more = of_channel(channel, sizes["C"], *_channels(described, sizes["C"]))
-    notes = (*more.pop("notes", ()), *_notes(missing, sizes["Z"]))
+    notes = (*more.pop("notes", ()), *note_on_missing(missing, sizes["Z"], "this scene, channel and time"))
     return Samples(values, **_spacing(described), **more, notes=notes)
-
-
-def _notes(missing: list[int], count: int) -> tuple[str, ...]:
-    """Return a note on slices that the file does not have; raise FileFault if it has none."""
-    if len(missing) == count:
-        raise FileFault("has no pixels of this scene, channel and time")
-    listed = ", ".join(map(str, missing[:_MOST_LISTED])) + (", …" if len(missing) > _MOST_LISTED else "")
-    return (f"{len(missing)} of {count} slices are not in the file and are 0: {listed}",) if missing else ()
 
 
 def _described(path: str, choice: Choice) -> None:

@@ -64,6 +64,14 @@ def stack(
     return values, channel
 
 
+def note_on_missing(missing: Sequence[int], count: int, chosen: str) -> tuple[str, ...]:
+    """Return a note on slices that the file does not have; raise FileFault if it has none of what was chosen."""
+    if len(missing) == count:
+        raise FileFault(f"has no pixels of {chosen}")
+    listed = ", ".join(map(str, missing[:_MOST_NAMED])) + (", …" if len(missing) > _MOST_NAMED else "")
+    return (f"{len(missing)} of {count} slices are not in the file and are 0: {listed}",) if missing else ()
+
+
 def spacing_of(lengths: Sequence[Any]) -> dict[str, Any]:
     """Return spacing, direction and unit of steps x, y, z in micrometres; those that are not told are 1.
 
