@@ -15,7 +15,9 @@ from support import marked
 from support.dicom_files import AXES, NORMAL, slice_of
 
 from texvol import InputError, load
+from texvol.__main__ import main
 from texvol.formats.readers.segment_tables import segments_of
+from texvol.scene.label_names import names_of, table_of
 from texvol.util.color import linear_from_srgb
 
 _SEGMENTATION, _LABEL_MAP = "1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"
@@ -58,6 +60,31 @@ def test_layers_become_one_number_for_each_sample(tmp_path: Path) -> None:
     first, second = segments_of(path)
     assert (first.label, first.name, second.label, second.name) == (1, "Head", 2, "Mass")
     np.testing.assert_allclose(first.color or (), linear_from_srgb(np.array([0.5, 0.25, 1])))
+
+
+def test_labels_have_the_names_and_colours_of_their_segments(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written_nrrd(
+        tmp_path / "s.seg.nrrd", np.stack([HEAD, 4 * MASS]).astype("u1"), (0, 1, "Head"), (1, 4, "Mass")
+    )
+    color = linear_from_srgb(np.array([0.5, 0.25, 1])).tolist()
+    volume = load(path)
+    assert names_of(volume, [0, 1, 4]) == {1: "Head", 4: "Mass"}
+    table = table_of(volume)
+    assert table is not None and [table.entries[label].color for label in (1, 4)] == [tuple(color)] * 2
+    assert main(["info", str(path)]) == 0
+    assert f"2 have names, from {path}" in capsys.readouterr().out
+    # Of one layer they are those of its segments, by the numbers that are stored.
+    twice = written_nrrd(tmp_path / "t.seg.nrrd", np.stack([HEAD, MASS]).astype("u1"), (0, 1, "Head"), (1, 1, "Mass"))
+    assert names_of(load(twice, channel=1), [1, 2]) == {1: "Mass"}
+    one = written_nrrd(tmp_path / "u.seg.nrrd", (HEAD * 3 + MASS * 4).astype("u1"), (0, 3, "Head"), (0, 7, "Mass"))
+    assert names_of(load(one), [3, 7]) == {3: "Head", 7: "Mass"}
+    # A table that is asked for comes first, one that lies beside the file does not.
+    (tmp_path / "s.seg.txt").write_text("1 skull\n4 tumour\n")
+    assert names_of(load(path), [1, 4]) == {1: "Head", 4: "Mass"}
+    assert names_of(load(path, label_names=tmp_path / "s.seg.txt"), [1, 4]) == {1: "skull", 4: "tumour"}
+    assert names_of(load(path, label_names="none"), [1, 4]) == {}
 
 
 def test_numbers_that_differ_stay(tmp_path: Path) -> None:
@@ -138,6 +165,7 @@ def test_segments_of_bits(tmp_path: Path) -> None:
     volume = load(path)
     np.testing.assert_array_equal(volume.values, np.where(MASS, 2, HEAD)[1:3])
     assert volume.labels and "segments: 1 Head, 2 Mass" in volume.notes
+    assert names_of(volume, [1, 2]) == {1: "Head", 2: "Mass"}
     check_place(volume, 1)
     np.testing.assert_array_equal(load(path, channel=0).values, HEAD[1:3])
     with pytest.raises(InputError, match=r"--channel must be in 0\.\.1, got 2"):
@@ -173,7 +201,7 @@ def test_a_map_of_labels(tmp_path: Path) -> None:
     planes = np.where(MASS, 2, HEAD)[1:3].astype("u1")
     volume = load(written_dicom(tmp_path / "s.dcm", "LABELMAP", planes, [(0, 1), (0, 2)]))
     np.testing.assert_array_equal(volume.values, planes)
-    assert volume.labels
+    assert volume.labels and names_of(volume, [1, 2]) == {1: "Head", 2: "Mass"}
     check_place(volume, 1)
 
 

@@ -40,7 +40,7 @@ _OPTIONS = (
     SceneOption(
         "label-names", texts.file_name, "FILE|none",
         "names and colours of labels: a table of ITK-SNAP, FreeSurfer, 3D Slicer, FSL or BIDS, or lines LABEL NAME "
-        "(default: the table beside the file)",
+        "(default: those of the file, or the table beside it)",
     ),
     SceneOption("blocks", bool, "", "samples are blocks, not interpolated: the value anywhere is the nearest one's"),
     SceneOption("color", bool, "", "the 3 or 4 components are a colour (default: if the file says so)"),

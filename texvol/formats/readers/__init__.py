@@ -94,8 +94,9 @@ def load(
     memory : int
         Bytes of a store's samples that may be held in memory; half of what is free by default.
     label_names : str or path
-        Table with names and colours of labels, see `texvol.formats.label_tables`; "none" for none. By default that
-        beside the file, of the same name or the only one in its folder, if it fits the labels.
+        Table with names and colours of labels, see `texvol.formats.label_tables`; "none" for none. By default the
+        names and colours of a segmentation's own file, or else the table beside the file, of the same name or the only
+        one in its folder, if it fits the labels.
     resample : bool
         Whether slices of DICOM that are unevenly apart, beside a line, or of a tilted gantry are resampled onto a grid
         at right angles, with the distance of the nearest slices unless `resolution` says; else these are an error, and

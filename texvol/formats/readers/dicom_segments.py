@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from texvol.formats.readers.dicom_pixels import pixels_of
 from texvol.formats.readers.dicom_slices import Slice, slices_of
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, pick
-from texvol.formats.readers.segments import Segment, check_count, listed, merged, of_dicom
+from texvol.formats.readers.segments import Segment, check_count, label_table, listed, merged, of_dicom
 
 _STORAGE = ("1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7")  # Segmentation, Label Map Segmentation
 _EVEN = 0.05  # of the distance of frames
@@ -51,17 +51,17 @@ def read(path: str, header: Any, choice: Choice) -> Samples:
     chosen = _chosen(choice, kind, len(segments))
     pick("CZYX", [len(segments), *sizes], chosen)
     grid = _grid(frames[0], placed)
-    notes = (listed(segments),)
+    notes, table = (listed(segments),), label_table(path, segments)
     is_single = choice.channel is not None or kind == "FRACTIONAL"
     wanted = [segments[chosen.channel]] if is_single else list(segments)
     if kind == "LABELMAP":
-        return Samples(_numbers(frames, placed, sizes), **grid, labels=True, notes=notes)
+        return Samples(_numbers(frames, placed, sizes), **grid, labels=True, label_table=table, notes=notes)
     planes = _planes(path, header, frames, kind)
     referred = [_referred(header, number) for number in range(len(frames))]
     if kind == "FRACTIONAL":
         most = float(header.get("MaximumFractionalValue") or 255)
         return Samples(_fractions(planes, placed, referred, wanted[0], sizes, most), **grid, notes=notes)
-    return _segments(planes, placed, referred, wanted, sizes)._replace(**grid, notes=notes)
+    return _segments(planes, placed, referred, wanted, sizes)._replace(**grid, label_table=table, notes=notes)
 
 
 def _chosen(choice: Choice, kind: str, count: int) -> Choice:

@@ -139,7 +139,8 @@ def volume_of(name: str, samples: Samples, choice: Choice) -> Volume:
         fields["spacing"] = choice.spacing
     fields["labels"] = choice.labels or samples.labels
     fields |= {"name": public(name), "source": _source(name, choice), "blocks": choice.blocks}
-    fields["label_table"] = label_tables.table_for(name, choice.label_names)
+    own = samples.label_table if choice.label_names is None else None
+    fields["label_table"] = own or label_tables.table_for(name, choice.label_names)
     if not samples.levels:
         volume = Volume(**{key: thing for key, thing in fields.items() if key not in _OF_STORES})
         if len(samples.channels) > 1:

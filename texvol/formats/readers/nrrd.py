@@ -16,8 +16,8 @@ from texvol.formats.readers.channels import described, note, with_first
 from texvol.formats.readers.colors import colored, component_axis, is_colored, with_color
 from texvol.formats.readers.missing import parsed, without_marked
 from texvol.formats.readers.samples import Choice, FileFault, Samples, by, check_size, grid_from_columns, pick
+from texvol.formats.readers.segments import label_table, merged, of_nrrd
 from texvol.formats.readers.segments import listed as segments_in_words
-from texvol.formats.readers.segments import merged, of_nrrd
 from texvol.formats.readers.stored import Stored, data_files, header_lines, read_files
 from texvol.formats.units import length_unit
 
@@ -79,7 +79,9 @@ def read(path: str, choice: Choice) -> Samples:
     if is_colored(axes):
         return Samples(**grid, **colored(values, axes, index, said))
     if segments:
-        return Samples(values, **grid, labels=True, notes=(segments_in_words(segments),))
+        stored = [each._replace(label=each.stored) for each in segments if each.layer == (choice.channel or 0)]
+        table = label_table(path, stored)
+        return Samples(values, **grid, labels=True, label_table=table, notes=(segments_in_words(segments),))
     marks = parsed(str(header[key]) for key in _MARKS if key in header)
     marked, notes = without_marked(values, marks, f"the header's {' and '.join(_MARKS)}", choice)
     channels = described(axes, sizes[::-1]) if holds_channels else ()
@@ -130,7 +132,8 @@ def _segmentation(
     notes = [segments_in_words(segments)]
     if shared:
         notes.append(f"{shared} samples are in several segments, and have the last one; --channel N reads one layer")
-    return Samples(values, **_grid(header, [1, 2, 3]), labels=True, notes=tuple(notes))
+    table = label_table(path, segments)
+    return Samples(values, **_grid(header, [1, 2, 3]), labels=True, label_table=table, notes=tuple(notes))
 
 
 def _header(path: str) -> tuple[Mapping[str, Any], int, list[str] | None]:

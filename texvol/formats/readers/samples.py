@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.channel import Channel
+from texvol.scene.label_table import LabelTable
 from texvol.scene.large_volume import Level
 from texvol.util.memory import free_memory
 from texvol.util.remarks import Noted
@@ -79,8 +80,8 @@ class Samples(NamedTuple):
 
     `resampling`, `notes` and `colors` are as in `Volume`; `times` are those of all steps, in `time_unit`, if the file
     has them. `channel` is the one that is read of the described `channels`, where there are several. Of a store there
-    are `levels` in place of values, and as in `LargeVolume` `images` and `check`; `labels` is True if the store says
-    that its values are.
+    are `levels` in place of values, and as in `LargeVolume` `images` and `check`; `labels` is True if the file says
+    that its values are, and `label_table` has their names and colours if it tells them.
     """
 
     values: NDArray
@@ -96,6 +97,7 @@ class Samples(NamedTuple):
     time_unit: str = ""
     colors: NDArray | None = None
     labels: bool = False
+    label_table: LabelTable | None = None
     levels: tuple[Level, ...] = ()
     channel: Channel | None = None
     channels: tuple[Channel, ...] = ()

@@ -10,16 +10,18 @@ from __future__ import annotations
 import csv
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from texvol.formats.readers.samples import FileFault
+from texvol.scene.label_table import LabelEntry, LabelTable
 from texvol.util import text_files
 from texvol.util.color import color_of_text, linear_from_srgb
 from texvol.util.errors import InputError
+from texvol.util.shown_text import shown_line
 
 Color = tuple[float, float, float]
 _MOST = 1 << 16  # segments
@@ -149,6 +151,11 @@ def merged(layers: NDArray, segments: Sequence[Segment]) -> tuple[NDArray, int]:
         shared += int(np.count_nonzero(here & (values != 0)))
         values[here] = segment.label
     return values, shared
+
+
+def label_table(path: str, segments: Iterable[Segment]) -> LabelTable:
+    """Return the names and colours of the segments of a file by their labels."""
+    return LabelTable({each.label: LabelEntry(shown_line(each.name), each.color) for each in segments}, path)
 
 
 def listed(segments: Sequence[Segment]) -> str:
