@@ -167,6 +167,7 @@ def test_segments_of_bits(tmp_path: Path) -> None:
     assert volume.labels and "segments: 1 Head, 2 Mass" in volume.notes
     assert names_of(volume, [1, 2]) == {1: "Head", 2: "Mass"}
     check_place(volume, 1)
+    assert any(f"{int((HEAD & MASS).sum())} samples are in several segments" in note for note in volume.notes)
     np.testing.assert_array_equal(load(path, channel=0).values, HEAD[1:3])
     with pytest.raises(InputError, match=r"--channel must be in 0\.\.1, got 2"):
         load(path, channel=2)

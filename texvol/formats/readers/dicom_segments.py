@@ -61,7 +61,8 @@ def read(path: str, header: Any, choice: Choice) -> Samples:
     if kind == "FRACTIONAL":
         most = float(header.get("MaximumFractionalValue") or 255)
         return Samples(_fractions(planes, placed, referred, wanted[0], sizes, most), **grid, notes=notes)
-    return _segments(planes, placed, referred, wanted, sizes)._replace(**grid, label_table=table, notes=notes)
+    values, shared = _segments(planes, placed, referred, wanted, sizes)
+    return Samples(values, **grid, labels=True, label_table=table, notes=(*notes, *shared))
 
 
 def _chosen(choice: Choice, kind: str, count: int) -> Choice:
@@ -178,7 +179,7 @@ def _fractions(
 
 def _segments(
     planes: NDArray, placed: _Placed, referred: Sequence[int], wanted: Sequence[Segment], sizes: tuple[int, ...]
-) -> Samples:
+) -> tuple[NDArray, tuple[str, ...]]:
     """Return one number for each sample, and a note on samples in several segments."""
     check_size(sizes, 4)
     values, shared = np.zeros(sizes, np.uint16), 0
@@ -193,4 +194,4 @@ def _segments(
     notes = (
         (f"{shared} samples are in several segments, and have the last one; --channel N reads one",) if shared else ()
     )
-    return Samples(values, labels=True, notes=notes)
+    return values, notes
