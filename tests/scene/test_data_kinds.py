@@ -56,6 +56,7 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "few counts of photons": (RANDOM.poisson(3, RADIUS.shape).astype(np.uint16), {}, "measured"),
     "few levels of a steep field": ((1000 * np.floor(6 * np.exp(-3 * RADIUS**2))).astype(np.uint16), {}, "measured"),
     "a signed distance": ((RADIUS - 0.5).astype(np.float32), {}, "distance"),
+    "a narrow band of a distance": (np.clip(RADIUS - 0.5, -0.2, 0.2).astype(np.float32), {}, "distance"),
     "a distance that is positive inside": (np.rint(300 * (0.5 - RADIUS)).astype(np.int16), {}, "distance"),
     "a tilted ramp": ((X + Y).astype(np.float32), {}, "signed"),
     "a wave": ((np.sin(6 * X) * np.exp(-RADIUS)).astype(np.float32), {}, "signed"),

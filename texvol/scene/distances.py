@@ -1,6 +1,7 @@
 """Signed distances: fields whose gradient has one length everywhere, as that of the distance to a surface has.
 
-What such a field shows is the solid inside of the surface. The samples at the ends of the box are outside.
+What such a field shows is the solid inside of the surface. The samples at the ends of the box are outside. A level
+set may be told in a narrow band about the surface only, beyond which all samples have its least or greatest value.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from texvol.scene.volume import Volume
 _ENOUGH = 0.8  # fraction of the samples whose gradient is about as long as is typical
 _ABOUT = 0.15  # of the typical length; ridges, where two parts of the surface are equally far, are beyond it
 _LOOKED_AT = 1 << 18  # samples
+_FEWEST = 32  # samples whose gradients are known
 _REACHES = 2.0  # spacings, on both sides of zero, at least
 _AT_THE_ENDS = 0.9  # least fraction of the samples of the box's sides that have one sign
 
@@ -23,8 +25,8 @@ def depth_inside(volume: Volume) -> float | None:
     seen = volume.overview
     if ends is None or not ends[0] < 0 < ends[1] or seen.values.ndim != 3 or min(seen.shape) < 4:
         return None
-    lengths = _gradients(seen)
-    if not (lengths.size and np.isfinite(lengths).all()):
+    lengths = _gradients(seen, ends)
+    if not (lengths.size >= _FEWEST and np.isfinite(lengths).all()):
         return None
     typical = float(np.partition(lengths, lengths.size // 2)[lengths.size // 2])
     if not typical > 0 or float((np.abs(lengths / typical - 1) <= _ABOUT).mean()) < _ENOUGH:
@@ -36,12 +38,16 @@ def depth_inside(volume: Volume) -> float | None:
     return -outside * step if outside else None
 
 
-def _gradients(volume: Volume) -> NDArray[np.float64]:
-    """Return the lengths of gradients at some samples inside of the box, data units per world unit."""
+def _gradients(volume: Volume, ends: tuple[float, float]) -> NDArray[np.float64]:
+    """Return the lengths of gradients at some samples inside of the box, data units per world unit.
+
+    Samples that have a neighbour of the least or the greatest value are left out: there a band may end.
+    """
     values = volume.values
     step = max(-(-values.size // _LOOKED_AT), 1)
     every = max(int(np.ceil(step ** (1 / 3))), 1)
     squares: NDArray[np.float64] | None = None
+    is_within: NDArray[np.bool_] | None = None
     for axis, spacing in zip((2, 1, 0), volume.spacing, strict=True):
         behind, before = (
             tuple(
@@ -52,8 +58,11 @@ def _gradients(volume: Volume) -> NDArray[np.float64]:
         )
         slope = (values[behind].astype(np.float64) - values[before]) / (2 * spacing)
         squares = slope**2 if squares is None else squares + slope**2
-    assert squares is not None, "there are three axes"
-    return np.sqrt(squares).reshape(-1)
+        for side in (values[behind], values[before]):
+            is_here = (side > ends[0]) & (side < ends[1])
+            is_within = is_here if is_within is None else is_within & is_here
+    assert squares is not None and is_within is not None, "there are three axes"
+    return np.sqrt(squares[is_within])
 
 
 def _sign_at_the_ends(values: NDArray) -> int:
