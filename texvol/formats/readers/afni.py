@@ -1,7 +1,7 @@
 """AFNI: a `.HEAD` of text, read by nibabel, and samples in the `.BRIK` beside it.
 
 World coordinates are RAS+ as nibabel has them: AFNI's own, with x and y the other way. Sub-bricks are time steps where
-the header has a time axis, else channels.
+the header has a time axis, else channels, of which the first is read unless one is chosen.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from typing import Any
 
 import numpy as np
 
+from texvol.formats.readers.channels import with_first
 from texvol.formats.readers.samples import Choice, FileFault, Samples, grid_from_columns, pick, real_type, rescaled
 from texvol.formats.readers.stored import Stored, encoding_of, read_picked
 from texvol.util import reach
 
 _MOST_BYTES = 16 << 20  # of a header
+_MOST_NAMED = 12
 _TIME_UNITS = {77001: "ms", 77002: "s", 77003: "Hz"}  # AFNI's codes
 
 
@@ -30,6 +32,7 @@ def read(path: str, choice: Choice) -> Samples:
         raise FileFault(f"must have three axes and sub-bricks, got {len(sizes)} axes")
     is_time = "TAXIS_NUMS" in header.info
     axes = ("T" if is_time else "C") * (len(sizes) - 3) + "ZYX"
+    choice = with_first(axes, sizes[::-1], choice)
     index = pick(axes, sizes[::-1], choice)
     dtype = real_type(np.dtype(header.get_data_dtype()))
     values = read_picked(Stored(data_path, dtype, tuple(sizes[::-1]), encoding_of(data_path)), index, choice)
@@ -41,7 +44,8 @@ def read(path: str, choice: Choice) -> Samples:
     spacing, direction = grid_from_columns((affine := header.get_affine())[:3, :3])
     grid: dict[str, Any] = {"spacing": spacing, "direction": direction, "origin": affine[:3, 3]}
     times = _times(header, sizes[3]) if is_time and len(sizes) > 3 else {}
-    return Samples(values, **grid, unit="mm", space="right-anterior-superior", notes=_notes(header, chosen), **times)
+    notes = _notes(header, chosen, sizes[3] if axes[0] == "C" else 1)
+    return Samples(values, **grid, unit="mm", space="right-anterior-superior", notes=notes, **times)
 
 
 def _pair(path: str) -> tuple[str, str]:
@@ -99,8 +103,12 @@ def _times(header: Any, steps: int) -> dict[str, Any]:
     return {"times": (float(floats[0]) + float(floats[1]) * np.arange(steps)).tolist(), "time_unit": unit}
 
 
-def _notes(header: Any, chosen: int) -> tuple[str, ...]:
-    """Return a note with the name of the sub-brick."""
-    names = str(header.info.get("BRICK_LABS", "")).split("~")
-    name = names[chosen].strip() if chosen < len(names) else ""
-    return (f"sub-brick {chosen}: {name}",) if name else ()
+def _notes(header: Any, chosen: int, among: int) -> tuple[str, ...]:
+    """Return a note with the name of the sub-brick, and with those among which `--channel` chooses."""
+    names = dict(enumerate(each.strip() for each in str(header.info.get("BRICK_LABS", "")).split("~")))
+    if among < 2:
+        return (f"sub-brick {chosen}: {names[chosen]}",) if names.get(chosen) else ()
+    listed = ", ".join(f"{number} {names.get(number, '')}".strip() for number in range(min(among, _MOST_NAMED)))
+    listed += ", …" if among > _MOST_NAMED else ""
+    own = f"{chosen} {names.get(chosen, '')}".strip()
+    return (f"sub-brick {own} of {among}: {listed}; --channel N chooses",)
