@@ -168,8 +168,9 @@ def written_segy(
 def test_segy_lies_at_the_coordinates_of_its_traces(tmp_path: Path, sorting: int, format: int) -> None:
     volume = load(written_segy(tmp_path / "v.sgy", sorting=sorting, format=format))
     wanted = np.array([1000, 2000]) + 3 * np.array([20, 10]) + 1 * np.array([-15, 30])
-    marked.check(volume, "float32", position=[*wanted, 100 + 2 * 4], atol=1e-6)
-    assert volume.space == "x (m), y (m), time (ms)"
+    # What comes later lies deeper.
+    marked.check(volume, "float32", position=[*wanted, -(100 + 2 * 4)], atol=1e-6)
+    assert volume.space == "x (m), y (m), -time (ms)"
     plain = load(written_segy(tmp_path / "w.sgy", located=False))
     assert plain.spacing.tolist() == [1, 1, 4] and any("no coordinates" in note for note in plain.notes)
 
@@ -183,7 +184,7 @@ def test_places_of_segy_without_a_trace_are_nan(tmp_path: Path, sorting: int) ->
     for inline, crossline in missing:
         wanted[:, inline, crossline] = np.nan
     np.testing.assert_array_equal(volume.values, wanted)
-    np.testing.assert_allclose(volume.origin, [1000, 2000, 100], atol=1e-6)
+    np.testing.assert_allclose(volume.origin, [1000, 2000, -100], atol=1e-6)
     assert any("8 of 5 x 4 places have no trace" in note for note in volume.notes)
 
 

@@ -1,8 +1,8 @@
 """SEG-Y: post-stack seismic traces on a grid of inlines and crosslines, read by segyio.
 
 The volume's axes are crosslines, inlines and samples. Surveys are seldom rectangles: a place without a trace is NaN.
-World x and y are the coordinates of the traces (CDP X and Y, with their scalar), in metres or feet; z is the time of a
-sample in ms, which runs downwards in the earth.
+World x and y are the coordinates of the traces (CDP X and Y, with their scalar), in metres or feet; z is the negative
+time of a sample in ms: later samples lie deeper.
 """
 
 from __future__ import annotations
@@ -112,14 +112,15 @@ def _grid(file: Any, places: _Places) -> tuple[dict[str, Any], tuple[str, ...]]:
     length = "ft" if int(file.bin[3255]) == _FEET else "m"
     coordinates = _coordinates(file)
     if coordinates is None:
-        columns, origin, space = np.diag([1.0, 1.0, step]), np.array([0, 0, times[0]]), "crossline, inline, time (ms)"
+        columns, origin = np.diag([1.0, 1.0, -step]), np.array([0, 0, 0.0 - times[0]])
+        space = "crossline, inline, -time (ms)"
         notes.append("its traces have no coordinates in lengths: crosslines and inlines are 1 apart")
     else:
         first, x, y, off = _fitted(coordinates, places)
         if off > _OFF * max(np.abs([x, y]).max(), 1e-9) + 1:
             notes.append(f"the coordinates of its traces are on no even grid: the nearest one is up to {off:.3g} away")
-        columns = np.array([[x[0], y[0], 0], [x[1], y[1], 0], [0, 0, step]])
-        origin, space = np.array([*first, times[0]]), f"x ({length}), y ({length}), time (ms)"
+        columns = np.array([[x[0], y[0], 0], [x[1], y[1], 0], [0, 0, -step]])
+        origin, space = np.array([*first, 0.0 - times[0]]), f"x ({length}), y ({length}), -time (ms)"
     spacing, direction = grid_from_columns(columns)
     return {"spacing": spacing, "direction": direction, "origin": origin, "space": space}, tuple(notes)
 
