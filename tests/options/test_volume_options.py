@@ -127,6 +127,21 @@ def test_channels_of_a_file_are_volumes_of_their_own() -> None:
     np.testing.assert_array_equal(found.added[0].volume.values, 2 * VALUES)
 
 
+def test_a_segmentation_that_is_added_is_of_labels_unless_an_option_says_how_it_is_drawn() -> None:
+    labels = np.zeros((20, 20, 20), np.uint8)
+    labels[5:15, 5:15, 5:10], labels[5:15, 5:15, 10:15] = 3, 7
+    np.save("segments.npy", labels)
+
+    def added(*words: str) -> Volume:
+        return scene("--add", "segments.npy", *words).added[0].volume
+
+    assert added().labels
+    assert added("--add-label-look", "7=0.5").labels
+    assert not added("--no-add-labels").labels
+    assert not added("--add-tf", "fog").labels
+    assert not scene("--add", "w.npy").added[0].volume.labels
+
+
 def test_paths_of_a_scene_file_are_beside_it(folder: Path) -> None:
     (folder / "deep").mkdir()
     for name in ("w.npy", "m.npy", "of w.npy", "shift.txt", "rows.txt"):

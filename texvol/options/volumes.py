@@ -24,6 +24,7 @@ from texvol.options import light as lit
 from texvol.options.scene_option import SceneOption
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume
+from texvol.scene.looks import seen_as
 from texvol.scene.spaces import letters_of_space, turned
 from texvol.scene.transfer import adjusting, color_maps
 from texvol.scene.transfer.foreign import ENDINGS, located
@@ -117,7 +118,8 @@ class AddedChoice:
     def added_to(self, first: Volume, loaded: Volume, number: int) -> AddedVolume:
         """Return the loaded volume with transfer function and mask, in the world of the scene's first volume.
 
-        Without a transfer function the volume gets a hue by its number among the added volumes.
+        Without a transfer function the volume gets a hue by its number among the added volumes; values that look like
+        labels are labels then.
 
         Raises
         ------
@@ -126,6 +128,8 @@ class AddedChoice:
         """
         mask = masked(self.chosen, loaded)
         volume = placed(turned(loaded, first.space), self.chosen)
+        if not {"tf", "labels"} & self.chosen.keys():
+            volume = seen_as(volume)
         medium = medium_of(self.chosen, volume) or transfer.proposed_beside(volume, number)
         return AddedVolume(volume, adjusted(self.chosen, medium, volume), mask)
 
