@@ -146,3 +146,18 @@ def test_the_picture_below_is_hidden_once_the_widget_shows_one_and_is_kept_up_to
     assert page.tell("JSON.stringify(sent)") == '[{"view":true}]'
     page.tell("end()")
     assert page.tell("sent.at(-1).view") is False
+
+
+def test_an_output_that_vs_code_takes_away_lets_go_of_its_window_and_a_cell_out_of_sight_does_not(
+    page: Page,
+) -> None:
+    told = "JSON.stringify(sent.splice(0).filter(each => 'view' in each).map(each => each.view))"
+    drawn = "new Promise(done => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done))))"
+    page.wait_for("sent.some(each => each.view)")
+    page.tell(f"{told}, window.kept = document.querySelector('.jp-OutputArea-child'), kept.remove(), {drawn}")
+    assert page.tell(told) == "[]", "JupyterLab takes cells away that are out of sight"
+    page.tell(f"document.body.prepend(kept), kept.className = 'output_container', {drawn}")
+    page.tell(f"kept.remove(), {drawn}")
+    assert page.tell(told) == "[false]"
+    page.tell("heard['msg:custom']({ask: true}), end()")
+    assert page.tell(told) == "[]", "it was told once"

@@ -47,15 +47,21 @@ function render({model, el}) {
       box.classList.add("texvol-shown");
     });
   }
-  model.on("msg:custom", take);
-  seeing.observe(box);
-  return () => {
+  function end() {
     seeing.disconnect();
+    gone.disconnect();
     model.off("msg:custom", take);
     view.end();
     if (!begun) return;
+    begun = false;
     try { model.send({view: false}); } catch { /* the kernel has ended, and the window with it */ }
-  };
+  }
+  // VS Code takes an output away for good and tells no widget. JupyterLab takes cells away that are out of sight.
+  const gone = new ResizeObserver(() => { if (!box.isConnected && box.closest(".output_container")) end(); });
+  model.on("msg:custom", take);
+  seeing.observe(box);
+  gone.observe(box);
+  return end;
 }
 
 // JupyterLab updates no display of a page that was loaded again: there its own model of the notebook is told.
