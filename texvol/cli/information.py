@@ -13,8 +13,9 @@ from texvol.cli.store_information import store_metadata, store_rows
 from texvol.formats.readers import resampling
 from texvol.scene.air import hounsfield_by
 from texvol.scene.kinds import kind_of
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lone_extremes import LoneExtreme, lone_extremes
-from texvol.scene.looks import look_name
+from texvol.scene.looks import look_for, look_name
 from texvol.scene.volume import Volume
 from texvol.util.shown_text import shown_line
 from texvol.util.statistics import chunks, finite
@@ -161,7 +162,9 @@ def _lone(extreme: LoneExtreme) -> dict[str, Any]:
 
 def _kind(volume: Volume) -> dict[str, str]:
     kind = kind_of(volume)
-    return {"kind": kind.name, "kind_reason": kind.reason, "look": look_name(volume)}
+    in_memory = kind.name == "labels" and not isinstance(volume, LargeVolume)  # whose labels are counted anyway
+    reason = look_for(volume).reason if in_memory else kind.reason
+    return {"kind": kind.name, "kind_reason": reason, "look": look_name(volume)}
 
 
 def _kind_lines(metadata: dict[str, Any]) -> list[str]:

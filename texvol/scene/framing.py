@@ -5,8 +5,7 @@ cent of its light on each side fills `FILL` of the picture, unless clearly visib
 would reach its border.
 
 Directions are those of the body where the volume's file names them. Otherwise the front is the side of lower y,
-the right side that of higher x, and up is z. What is flat is seen from its broad side if no side is chosen; where the
-file names directions of the body, only a few thin slices of it. What is long is not seen along its length.
+the right side that of higher x, and up is z. If no side is chosen, `first_side` turns what the front shows badly.
 """
 
 from __future__ import annotations
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from texvol.scene import orbit
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.content import Content, content_of
+from texvol.scene.first_side import towards_side
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
@@ -31,9 +31,6 @@ FILL = 0.9  # of the picture, what shows
 _BORDER = 0.98  # of the picture, all of what shows clearly
 _CUT, _CLEARLY = 0.005, 0.00025  # fractions of the light outside of a rectangle, on each side
 _BINS = 128  # of the coarse picture, along its longer side
-_FLAT, _ROD = 0.6, 0.5  # ratios of extents: of what is flat, least to middle; of what is long, middle to largest
-_THIN = 0.25  # the former of a few slices of a body, whose front is an edge
-_SLANT = np.radians(35.0)  # between the view and the short axis of what is flat
 _STEPS = 6  # towards the distance of a perspective eye; each leaves a tenth of the error
 
 VIEWS = ("front", "back", "left", "right", "top", "bottom", "iso")
@@ -128,29 +125,8 @@ def framed(
     if not content:
         return camera if eye is None else _around(box, camera, aspect)
     if eye is None:
-        camera = _towards_side(camera, content, box, _FLAT if letters_of_space(box.space) is None else _THIN)
+        camera = towards_side(camera, scene.volume, _box_of(content, box))
     return _filled(camera, content, aspect, box)
-
-
-def _towards_side(camera: Camera, content: Content, box: Volume, flat: float) -> Camera:
-    """Return the camera turned to the broad side of what is flat, from a little beside it, or to a side of a rod."""
-    edges = _box_of(content, box).box_edges
-    extents = np.linalg.norm(edges, axis=0)
-    least, middle, largest = np.argsort(extents)
-    is_rod = extents[middle] < _ROD * extents[largest]
-    if not is_rod and extents[least] > flat * extents[middle]:
-        return camera
-    to_eye = -np.asarray(camera.forward)
-    number, angle = (largest, np.pi / 2 - _SLANT) if is_rod else (least, _SLANT)
-    axis = edges[:, number] / extents[number]
-    axis = axis if axis @ to_eye >= 0 else -axis
-    beside = to_eye - (to_eye @ axis) * axis
-    is_seen = axis @ to_eye <= np.cos(angle) if is_rod else axis @ to_eye >= np.cos(angle)
-    if is_seen or not np.linalg.norm(beside) > 0:
-        return camera
-    towards = np.cos(angle) * axis + np.sin(angle) * beside / np.linalg.norm(beside)
-    distance = float(np.linalg.norm(np.subtract(camera.eye, camera.target)))
-    return replace(camera, eye=tuple(np.array(camera.target) + distance * towards))
 
 
 def filled(camera: Camera, scene: SceneParts, aspect: float) -> Camera:

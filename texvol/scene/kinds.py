@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.scene.air import hounsfield_by
 from texvol.scene.distances import depth_inside
+from texvol.scene.noise import noise_of
 from texvol.scene.spaces import letters_of_space
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import LARGEST_LABEL, Volume
@@ -23,7 +24,7 @@ from texvol.util.errors import InputError
 from texvol.util.statistics import distinct, histogram, percentile_of_sorted
 
 KindName = Literal[
-    "labels", "colours", "fluorescence", "CT", "MR", "distance", "signed", "field", "measured", "constant"
+    "labels", "colours", "fluorescence", "CT", "MR", "distance", "signed", "noise", "field", "measured", "constant"
 ]
 
 _MOST_LEVELS = 1024  # different values that labels may have: an atlas of a brain has some 200
@@ -116,13 +117,15 @@ def _seen(volume: Volume) -> Kind:
         return Kind("distance", "its gradient has one length everywhere, as that of a signed distance has")
     if _has_two_signs(volume, samples):
         return Kind("signed", f"its values have two signs about zero, {low:g} to {high:g}")
+    is_density = volume.unit in _ANGSTROMS  # of a molecule, whose surface lies above the noise
+    if not is_density and (noise := noise_of(volume)) > 0:
+        return Kind("noise", f"{noise:.0%} of the variance of its values is noise, which evens out where light adds up")
     skewness, median, background = _shape(volume, samples)
     if volume.unit.strip().lower() in _MICROMETRES and median < _DARK and skewness > 1:
         return Kind("fluorescence", f"few of its values are bright, and its unit is {volume.unit}")
     anatomical = letters_of_space(volume.space) is not None
     if anatomical and low >= 0 and background >= _BACKGROUND and abs(skewness) >= _SKEWED:
         return Kind("MR", f"the file names directions of the body, and its histogram is skewed by {skewness:.1f}")
-    is_density = volume.unit in _ANGSTROMS
     is_tissue = anatomical and volume.dtype.kind != "f"  # a part of a body, cut out
     if not is_density and not is_tissue and background < _BACKGROUND and median > _FILLED:
         return Kind("field", "its values fill the box, without a background")

@@ -15,14 +15,18 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from texvol.scene.camera import Camera
+from texvol.scene.covering import covering_labels
 from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
+from texvol.scene.label_counts import listed
+from texvol.scene.label_names import table_of
 from texvol.scene.light_sets import LIGHT_SETS, light_set
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.transfer import presets
 from texvol.scene.transfer.function import TransferFunction
+from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -35,6 +39,7 @@ _UNLIT = ("fog", "fluorescence")  # media without surfaces
 _BONE = 250.0  # Hounsfield units
 _BODY = -500.0
 _ENOUGH_BONE = 0.01  # of the body
+_FAINT = 0.25  # opacity of labels that hide others, together, where each is as thick as its mean
 _SMOOTH = ((2.0, 4e6), (1.0, 1e7))  # scales of gradients of labels, for so many samples
 
 _LOOKS: WeakKeyDictionary[Volume, Look] = WeakKeyDictionary()
@@ -158,14 +163,14 @@ def look_name(volume: Volume) -> str:
     kind = kind_of(volume).name
     if kind == "CT":
         return _ct_preset(volume)
-    named = {"MR": "mr", "distance": _SOLID, "signed": "diverging", "field": "viridis"}
+    named = {"MR": "mr", "distance": _SOLID, "signed": "diverging", "noise": "fluorescence", "field": "viridis"}
     return kind if kind in ("labels", "fluorescence") else named.get(kind, "proposal")
 
 
 def _look_by(kind: Kind, volume: Volume) -> Look:
     if kind.name == "labels":
-        medium = presets.proposed_for(as_labels(volume))
-        return Look(medium, EXPOSED, _gradient_of_labels(volume), name="labels", reason=kind.reason)
+        medium, reason = _medium_of_labels(as_labels(volume), kind.reason)
+        return Look(medium, EXPOSED, _gradient_of_labels(volume), name="labels", reason=reason)
     if kind.name == "fluorescence":
         channel = getattr(volume, "channel", None)
         medium = presets.proposed_for(volume) if channel else presets.preset("fluorescence", volume)
@@ -176,6 +181,21 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         return Look(presets.solid_inside(volume, depth), EXPOSED, name=_SOLID, reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
+
+
+def _medium_of_labels(volume: Volume, reason: str) -> tuple[TransferFunction, str]:
+    """Return a transfer function in which labels that hide most of the others are faint, and the reason with that."""
+    table = table_of(volume)
+    hidden = [label for label, entry in table.entries.items() if not entry.shown] if table else []
+    covering = covering_labels(volume, (0, *hidden))
+    if not covering:
+        return presets.proposed_for(volume), reason
+    spacing = volume.smallest_spacing
+    part = spacing / len(covering)
+    opacities = {each.label: 1 - (1 - _FAINT) ** (part / max(each.thickness, spacing)) for each in covering}
+    which = listed(np.sort([each.label for each in covering]))
+    faint = "label {} is faint, since it hides" if len(covering) == 1 else "labels {} are faint, since they hide"
+    return label_function(volume, opacities), f"{reason}; {faint.format(which)} others (--label-look)"
 
 
 def _gradient_of_labels(volume: Volume) -> Estimator:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,6 +20,11 @@ def letters_of_space(space: str) -> tuple[str, str, str] | None:
     if len(found) != 3 or {frozenset((letter, OPPOSITE.get(letter, ""))) for letter in found} != _PAIRS:
         return None
     return found[0], found[1], found[2]
+
+
+def is_map(space: str) -> bool:
+    """True if two axes of the world are longitude and latitude, by their units."""
+    return bool(re.search(r"degrees?_?e(ast)?\b", space) and re.search(r"degrees?_?n(orth)?\b", space))
 
 
 def turned(volume: Volume, space: str) -> Volume:

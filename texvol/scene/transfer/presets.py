@@ -17,10 +17,9 @@ import numpy as np
 
 from texvol.scene.air import hounsfield_by, hounsfield_range
 from texvol.scene.channel import Channel
-from texvol.scene.transfer import color_maps, histogram
+from texvol.scene.transfer import color_maps, histogram, two_signs
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.labels import label_function
-from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.transfer.units import Units, medium_range, typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_from_srgb
@@ -138,21 +137,10 @@ _SURFACES: list[Point] = [
 ]
 
 _DARK, _LOWERED = (0.05, 0.3), 0.45
+_THIN = 0.25  # of the mean edge: a box with a shorter one is as opaque from its broad side as one that has this
 
 # Of a solid, extinction per mean edge of the box.
 _SOLID_COLOR, _SOLID_EXTINCTION = (0.92, 0.74, 0.54), 600.0
-
-# Of fields with two signs, in fractions of the larger end: clear about zero, cold below, warm above, linear RGB.
-_COLD: list[Point] = [
-    (0.06, (0.20, 0.40, 0.80), 0),
-    (0.30, (0.06, 0.25, 0.80), 10),
-    (1.00, (0.02, 0.06, 0.55), 60),
-]
-_WARM: list[Point] = [
-    (0.06, (0.85, 0.40, 0.20), 0),
-    (0.30, (0.85, 0.16, 0.05), 10),
-    (1.00, (0.55, 0.01, 0.02), 60),
-]
 
 # Of samples that have a colour of their own: white leaves it as it is; as dense as the above.
 _AS_IT_IS: list[Point] = [(0.0, (1.0, 1.0, 1.0), 0), (1.0, (1.0, 1.0, 1.0), 50)]
@@ -206,7 +194,7 @@ def preset(name: str, volume: Volume, materials: Sequence[str] | None = None) ->
     if materials is not None:
         raise InputError(f"materials {', '.join(map(repr, materials))} not found: the preset {name} has none")
     if name == _DIVERGING:
-        return _from_points(_two_signs(volume), volume, "data", name)
+        return _from_points(two_signs.points_of(volume), volume, "data", name)
     if name == _FLUORESCENCE:
         return replace(channel_function(volume, Channel(1)), name=name)
     if name not in PRESETS:
@@ -292,7 +280,9 @@ def proposed_in_light(volume: Volume) -> TransferFunction:
     medium = samples[samples / largest > low] / largest
     typical = (float(medium[medium.size // 2]) - low) / (high - low) if medium.size and high > low else 1.0
     lower = 1 - _LOWERED * float(np.interp(typical, _DARK, (1.0, 0.0)))
-    points = [(lower * value, color, extinction) for value, color, extinction in _SURFACES]
+    edges = np.linalg.norm(volume.box_edges, axis=0)
+    dense = max(float(edges.mean() / edges.min()) * _THIN, 1.0)
+    points = [(lower * value, color, dense * extinction) for value, color, extinction in _SURFACES]
     return _from_points(points, volume, "matter", "proposed")
 
 
@@ -367,15 +357,6 @@ def _from_points(points: list[Point], volume: Volume, values: str, name: str) ->
     # In a range of no width rounding may put a point before the last one.
     values_of_points = np.maximum.accumulate(units.placed(positions))
     return TransferFunction(values_of_points, colors, extinctions * units.per_length, name=name)
-
-
-def _two_signs(volume: Volume) -> list[Point]:
-    """Points that are symmetric about zero, up to the 99.9th percentile of the values' magnitudes."""
-    magnitudes = np.sort(np.abs(typical_samples(volume)))
-    magnitudes = np.minimum(magnitudes, LARGEST_VALUE)
-    most = float(percentile_of_sorted(magnitudes, 99.9)) or 1.0
-    cold = [(-each * most, color, extinction) for each, color, extinction in reversed(_COLD)]
-    return [*cold, *((each * most, color, extinction) for each, color, extinction in _WARM)]
 
 
 def _ramp(name: str) -> list[Point]:

@@ -20,6 +20,7 @@ CHOICES = {
 _STATISTICS_SAMPLES = 1 << 16  # samples that percentiles are taken from; their error is 0.2 of a percentile
 _GOLDEN = (5**0.5 - 1) / 2  # φ, whose multiples by squares have no period
 _LOST, _HIGHEST_END = 8, 40  # bins of 64
+_LOWER_SIDES = 3.0  # of a background, above its mode: Rayleigh's noise has fallen to less than a twentieth of it there
 _RISES, _SURE = 1.3, 4.0  # of the valley before it, and standard deviations: a peak
 _FAR = 3.0  # ranges of all others above them, from which on samples are of an object that is small and bright
 _LEAST_OBJECT = 27  # samples of it
@@ -149,7 +150,19 @@ def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
     mode = int(counts[:24].argmax())
     if counts[mode] < samples.size / 20:
         return float(percentile_of_sorted(samples, 5)), float(high)
-    return float(edges[_end_of_background(counts, mode)]), float(high)
+    end = _end_of_background(counts, mode)
+    low = float(edges[end])
+    return (low if end < mode + _LOST else min(low, _mirrored(samples, edges[mode : mode + 2]))), float(high)
+
+
+def _mirrored(samples: NDArray[np.float64], peak: NDArray[np.float64]) -> float:
+    """Return the end of a background by its lower side, for one that passes into the medium without a valley.
+
+    `peak` are the ends of the bin with most samples; the background's own mode is looked for between them.
+    """
+    counts, edges = histogram(samples, 64, (float(peak[0]), float(peak[1])))
+    mode = float(edges[counts.argmax() + 1])
+    return max(mode + _LOWER_SIDES * (mode - float(percentile_of_sorted(samples, 0.1))), float(peak[1]))
 
 
 def _end_of_background(counts: NDArray[np.intp], mode: int) -> int:
