@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from texvol.scene.air import hounsfield_by
 from texvol.scene.distances import depth_inside
-from texvol.scene.noise import noise_of
+from texvol.scene.noise import LEAST_NOISE, MOST_NOISE, noise_of
 from texvol.scene.spaces import letters_of_space
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import LARGEST_LABEL, Volume
@@ -118,7 +118,7 @@ def _seen(volume: Volume) -> Kind:
     if _has_two_signs(volume, samples):
         return Kind("signed", f"its values have two signs about zero, {low:g} to {high:g}")
     is_density = volume.unit in _ANGSTROMS  # of a molecule, whose surface lies above the noise
-    if not is_density and (noise := noise_of(volume)) > 0:
+    if not is_density and LEAST_NOISE <= (noise := noise_of(volume)) <= MOST_NOISE:
         return Kind("noise", f"{noise:.0%} of the variance of its values is noise, which evens out where light adds up")
     skewness, median, background = _shape(volume, samples)
     if volume.unit.strip().lower() in _MICROMETRES and median < _DARK and skewness > 1:

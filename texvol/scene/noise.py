@@ -14,12 +14,12 @@ from texvol.scene.volume import Volume
 
 _LOOKED_AT = 1 << 21  # samples in the middle of the volume
 _FEWEST = 1 << 12  # samples that tell noise from structure
-_LEAST_NOISE = 0.15  # of the variance, along every axis: surfaces are rough to the size of what they are of
-_LEAST_STRUCTURE, _SURE = 0.04, 6.0  # of the variance; and standard deviations of the noise's part, 1/√n
+LEAST_NOISE = 0.15  # of the variance, along every axis: surfaces are rough to the size of what they are of
+MOST_NOISE = 0.5  # where it is more than the structure, the haze of the sum hides that, too
 
 
 def noise_of(volume: Volume) -> float:
-    """Return the part of the variance that is noise where it hides the structure of a volume's values, else 0."""
+    """Return the part of the variance of a volume's values that is noise, at least; 0 where too few samples tell."""
     values = _middle(volume)
     if values.size < _FEWEST or min(values.shape) < 3:
         return 0.0
@@ -29,8 +29,7 @@ def noise_of(volume: Volume) -> float:
     if not variance > 0:
         return 0.0
     noise = min(2 * _semivariance(scaled, axis, 1) - _semivariance(scaled, axis, 2) for axis in range(3)) / variance
-    structure = max(_LEAST_STRUCTURE, _SURE / np.sqrt(values.size))
-    return noise if _LEAST_NOISE <= noise <= 1 - structure else 0.0
+    return max(noise, 0.0)
 
 
 def clearest_axis(volume: Volume) -> int:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.scene.noise import noise_of
+from texvol.scene.noise import LEAST_NOISE, noise_of
 from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
@@ -53,7 +53,9 @@ def points_of(volume: Volume) -> list[Point]:
 def _density(volume: Volume, end: float, typical: float) -> float:
     """Return the factor of the extinction that shows the first ones of many layers of either sign."""
     layers, length = _layers(volume, end)
-    if layers < _LAYERS or noise_of(volume) > 0:  # where it is the noise that takes turns, the structure shows through
+    if (
+        layers < _LAYERS or noise_of(volume) >= LEAST_NOISE
+    ):  # where it is the noise that takes turns, the structure shows through
         return 1.0
     fractions, _, extinctions = zip(*_WARM, strict=True)
     depth = length * float(np.interp(max(typical, (_CLEAR + fractions[1]) / 2), fractions, extinctions))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from texvol.scene.spaces import letters_of_space
 from texvol.scene.transfer.pieces import LARGEST_VALUE
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
@@ -118,7 +119,8 @@ def medium_range(volume: Volume) -> tuple[float, float]:
     """
     samples = typical_samples(volume)
     largest = max(float(np.abs(samples).max()), 1e-300)
-    low, high = _range_of_medium(samples / largest)  # values up to 1e308 have no range that float64 could hold
+    is_body = letters_of_space(volume.space) is not None
+    low, high = _range_of_medium(samples / largest, is_body)  # values up to 1e308 have no range that float64 could hold
     return _range_of_object(volume, float(samples[0]), high * largest) or (low * largest, high * largest)
 
 
@@ -140,7 +142,7 @@ def _range_of_object(volume: Volume, lowest: float, high: float) -> tuple[float,
     return high, float(percentile_of_sorted(of_object[np.isfinite(of_object)], 90))
 
 
-def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
+def _range_of_medium(samples: NDArray[np.float64], is_body: bool) -> tuple[float, float]:
     low, high = percentile_of_sorted(samples, (0.1, 99.9))
     if not high > low:
         low, high = samples[0], samples[-1]
@@ -152,7 +154,9 @@ def _range_of_medium(samples: NDArray[np.float64]) -> tuple[float, float]:
         return float(percentile_of_sorted(samples, 5)), float(high)
     end = _end_of_background(counts, mode)
     low = float(edges[end])
-    return (low if end < mode + _LOST else min(low, _mirrored(samples, edges[mode : mode + 2]))), float(high)
+    if end >= mode + _LOST and not is_body:  # around a body is air, however noisy
+        low = min(low, _mirrored(samples, edges[mode : mode + 2]))
+    return low, float(high)
 
 
 def _mirrored(samples: NDArray[np.float64], peak: NDArray[np.float64]) -> float:
