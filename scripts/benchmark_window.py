@@ -103,13 +103,12 @@ def _drag(environment: dict[str, str], size: tuple[int, int], seconds: float) ->
 
 def _rest(window: subprocess.Popen[bytes]) -> None:
     """Wait until a window and its children hardly work for two seconds."""
-    end, quiet, last = time.monotonic() + _PATIENCE, 0, 0.0
-    while quiet < 4:
+    end, seen = time.monotonic() + _PATIENCE, [0.0]
+    while len(seen) < 5 or seen[-1] - seen[-5] > 2 * _QUIET:  # a frame at rest, once a second, may take half of that
         assert time.monotonic() < end, "the window never came to rest"
         assert window.poll() is None, "the window has ended"
         time.sleep(0.5)
-        now = sum(_processor(each) for each in _family(window.pid))
-        quiet, last = (quiet + 1 if 0 < now - last + 1e-9 < 0.5 * _QUIET else 0), now
+        seen.append(sum(_processor(each) for each in _family(window.pid)))
 
 
 def _family(process: int) -> list[int]:
