@@ -34,6 +34,23 @@ def load_corners(values, i, j, k, corners):
     i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
     j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
     k0, k1 = min(max(k, 0), nz - 1), min(max(k + 1, 0), nz - 1)
+    i, j, k = (i0, i1), (j0, j1), (k0, k1)
+    if values.float32.size > 0:
+        _load(values.float32, i, j, k, corners)
+    elif values.uint8.size > 0:
+        _load(values.uint8, i, j, k, corners)
+    elif values.int16.size > 0:
+        _load(values.int16, i, j, k, corners)
+    elif values.uint16.size > 0:
+        _load(values.uint16, i, j, k, corners)
+    else:
+        _load(values.float64, i, j, k, corners)
+
+
+@compiled
+def _load(values, i, j, k, corners):
+    """Write eight samples to `corners`, by their two indices along each axis."""
+    (i0, i1), (j0, j1), (k0, k1) = i, j, k
     corners[0], corners[1] = values[k0, j0, i0], values[k0, j0, i1]
     corners[2], corners[3] = values[k0, j1, i0], values[k0, j1, i1]
     corners[4], corners[5] = values[k1, j0, i0], values[k1, j0, i1]
@@ -44,6 +61,38 @@ def load_corners(values, i, j, k, corners):
 def point_between(entry, leave, t):
     """Return the position at parameter t, which is 0 at `entry` and 1 at `leave`."""
     return mix(entry[0], leave[0], t), mix(entry[1], leave[1], t), mix(entry[2], leave[2], t)
+
+
+@compiled
+def range_of(numbers):
+    """Return the lowest and the highest of finite numbers."""
+    low = high = numbers[0]
+    for number in numbers:
+        low, high = min(low, number), max(high, number)
+    return low, high
+
+
+@compiled
+def are_finite(numbers):
+    """Return False if any number is NaN or infinite."""
+    finite = True
+    for number in numbers:
+        finite = finite and isfinite(number)
+    return finite
+
+
+@compiled
+def fill(numbers, number):
+    """Set all of an array of one axis to a number."""
+    for k in range(numbers.size):
+        numbers[k] = number
+
+
+@compiled
+def copy(numbers, others):
+    """Write an array of one axis to another."""
+    for k in range(numbers.size):
+        others[k] = numbers[k]
 
 
 @compiled
@@ -88,7 +137,8 @@ def color_of_opaque_corners(channels, entry, leave, rounding):
     if not weight > 0:
         for corner in range(8):
             if isinf(channels[3, corner]):
-                channels[:, corner] = 0.0
+                for channel in range(4):
+                    channels[channel, corner] = 0.0
     return color, weight
 
 

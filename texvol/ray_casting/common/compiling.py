@@ -4,31 +4,50 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from functools import cached_property
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from texvol.util.errors import missing_extra
 
 try:
     from numba import config, njit, types
+    from numba.core.registry import CPUDispatcher
     from numba.extending import intrinsic
 except ImportError as error:
     raise missing_extra("numba", "oracle", "texvol raycast") from error
 
 
+ZERO = np.int64(0)  # for the literal 0, a function would be compiled a second time
+_OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
+# numba makes two more functions of each: one that Python calls, and one that C calls. With them, a small function takes
+# twice as long to compile.
+_NOT_FOR_PYTHON, _NOT_FOR_C = {"no_cpython_wrapper": True}, {"no_cfunc_wrapper": True}
+
+
+class _Part(CPUDispatcher):
+    """A function that compiled code calls. Python, as in a test, calls a function that is compiled for that."""
+
+    @cached_property
+    def _for_python(self):
+        return njit(**_OPTIONS)(self.py_func)
+
+    def __call__(self, *arguments):
+        return self._for_python(*arguments)
+
+
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile `function` on its first call from compiled code; 1 / 0 is infinite, as in numpy."""
-    return njit(nogil=True, error_model="numpy")(function)
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile `function` into its callers in LLVM: a call with a whole scene as argument would copy the scene."""
-    return njit(nogil=True, error_model="numpy", forceinline=True)(function)
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    return _Part(function, targetoptions={"nopython": True} | _OPTIONS | _NOT_FOR_PYTHON | _NOT_FOR_C)
 
 
 def woven_in(function: Callable[..., Any]) -> Any:
     """Compile `function` into its callers before LLVM, which would otherwise optimise it once for each caller."""
-    return njit(nogil=True, error_model="numpy", inline="always")(function)
+    return njit(inline="always", **_OPTIONS)(function)
 
 
 def compiled_and_cached(function: Callable[..., Any]) -> Any:
@@ -38,7 +57,7 @@ def compiled_and_cached(function: Callable[..., Any]) -> Any:
     of `function`. So `function` must close over `sources()`, which names the text of all files.
     """
     try:
-        return njit(nogil=True, error_model="numpy", cache=True)(function)
+        return njit(cache=True, **_OPTIONS, **_NOT_FOR_C)(function)
     except RuntimeError:  # neither this package's folder nor the user's cache folder is writable
         return compiled(function)
 
@@ -60,27 +79,27 @@ def uncounted(typing_context, data):
     """
 
     def code(context, builder, signature, arguments):
-        return _without_counts(context, builder, signature.args[0], arguments[0])
+        return without_counts(context, builder, signature.args[0], arguments[0])
 
     return data(data), code
 
 
-def _without_counts(context, builder, kind, value):
+def without_counts(context, builder, kind, value):
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value=value)
         array.meminfo = array.meminfo.type(None)  # numba takes this for memory that it does not own
         return array._getvalue()
     if isinstance(kind, types.BaseTuple):
         for position, part in enumerate(kind):
-            inner = _without_counts(context, builder, part, builder.extract_value(value, position))
+            inner = without_counts(context, builder, part, builder.extract_value(value, position))
             value = builder.insert_value(value, inner, position)
     return value
 
 
-def _same(data):
+def same(data):
     """Return the argument itself."""
     return data
 
 
 if config.DISABLE_JIT:  # type: ignore[attr-defined]  # plain Python, as for debugging, has its own counts
-    uncounted = _same  # type: ignore[assignment]
+    uncounted = same  # type: ignore[assignment]

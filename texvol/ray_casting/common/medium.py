@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import mix, quartic_at, value_at
-from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
+from texvol.ray_casting.common.compiling import compiled, woven_in
 from texvol.scene.transfer import TransferFunction
 
 OPAQUE_DEPTH = 46.0  # e^-46 = 1e-20: light from behind it changes no float64
@@ -57,7 +57,7 @@ def segment_of(points, value):
     return low
 
 
-@inlined
+@compiled
 def points_around(points, first, end, value, margin):
     """Return the points of first … end - 1 left and right of a value; one point twice on a point or beyond the ends."""
     segment = first + segment_of(points[first:end], value)

@@ -41,11 +41,30 @@ class Rays(NamedTuple):
 Trace = Callable[[Rays, Numbers], None]  # adds light and, in the last channel, optical depth to a picture of zeros
 
 
-def values_of(volume: Volume) -> NDArray:
-    """Return the values, shape (z, y, x), in one of five types: kernels are compiled for each, which takes seconds."""
+class Values(NamedTuple):
+    """Values of a volume, (z, y, x), in the type that they have: the other arrays are empty.
+
+    One type for all, since a kernel takes seconds to compile.
+    """
+
+    shape: tuple[int, int, int]
+    float32: NDArray
+    uint8: NDArray
+    int16: NDArray
+    uint16: NDArray
+    float64: NDArray
+
+
+def values_of(volume: Volume) -> Values:
+    """Return the values for compiled code."""
     values = volume.values
-    computed_in = _COMPUTED_IN.get(values.dtype.name)
-    return values if computed_in is None else read_only(values.astype(computed_in))
+    name = values.dtype.name
+    if name in _COMPUTED_IN:
+        name = _COMPUTED_IN[name]
+        values = values.astype(name)
+    nz, ny, nx = values.shape
+    arrays = (read_only(values if kind == name else np.zeros((0, 0, 0), kind)) for kind in Values._fields[1:])
+    return Values((nz, ny, nx), *arrays)
 
 
 def rays_of(scene: Scene, eyes: Numbers, directions: Numbers) -> Rays:

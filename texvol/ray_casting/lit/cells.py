@@ -10,11 +10,19 @@ from __future__ import annotations
 from math import inf, isfinite, isinf, isnan, nan, sqrt
 
 from texvol.ray_casting.common.bernstein import EPSILON, mix, restricted, trilinear
-from texvol.ray_casting.common.cells import JUST_INSIDE, color_of_opaque_corners, point_between, value_beside_gaps
-from texvol.ray_casting.common.compiling import compiled, woven_in
+from texvol.ray_casting.common.cells import (
+    JUST_INSIDE,
+    are_finite,
+    color_of_opaque_corners,
+    fill,
+    point_between,
+    range_of,
+    value_beside_gaps,
+)
+from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
-from texvol.ray_casting.lit.cuts import find_cuts
+from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
 from texvol.ray_casting.lit.shading import (
     FACING,
     NO_PANEL,
@@ -30,7 +38,7 @@ from texvol.ray_casting.lit.shading import (
 )
 
 
-@woven_in
+@compiled
 def load_cell(values, gradients, scene, cell, workspace):
     """Write the samples of a cell to `workspace`, edge samples repeated; return True if the cell may show anything."""
     low, high, steepest = inf, -inf, 0.0
@@ -67,7 +75,7 @@ def sample_of(shape, cell, corner):
     return k, j, i
 
 
-@woven_in
+@compiled
 def _may_show(scene, low, high, steepest):
     """Return True if the medium shows any value from low to high, for gradients of magnitude up to `steepest`."""
     medium, graded = scene.medium, scene.graded
@@ -90,14 +98,15 @@ def _may_show(scene, low, high, steepest):
     return False
 
 
-@woven_in
+@compiled
 def cross_postclassified(scene, ray, workspace, entry, leave, here, length, rounding, depth, light):
     """Add a cell whose fields are interpolated, then classified and lit; return the optical depth behind it."""
     margin = lay_fields(workspace, entry, leave, rounding)
     if isnan(margin):
         return depth
-    start = 0.0
-    for cut in range(find_cuts(scene, ray, workspace, here, length)):
+    start, count = 0.0, find_cuts(scene, ray, workspace, here, length, ZERO)
+    sort_cuts(workspace.cuts, count)
+    for cut in range(count):
         end = workspace.cuts[cut]
         if start < end and depth < OPAQUE_DEPTH:
             depth = _add_part(scene, ray, workspace, start, end, margin, here, length, depth, light)
@@ -105,7 +114,7 @@ def cross_postclassified(scene, ray, workspace, entry, leave, here, length, roun
     return depth
 
 
-@woven_in
+@compiled
 def lay_fields(workspace, entry, leave, rounding):
     """Write value and gradient along a ray, four cubics, to `workspace.field`.
 
@@ -113,13 +122,13 @@ def lay_fields(workspace, entry, leave, rounding):
     """
     corners, field = workspace.corners, workspace.field
     beside = 0.0
-    if not isfinite(corners.sum()):
+    if not are_finite(corners):
         beside = value_beside_gaps(corners, point_between(entry, leave, 0.5), rounding)
         if isnan(beside):
             return nan
         if beside != 0.0:
-            corners[:] = beside
-    low, high = corners.min(), corners.max()
+            fill(corners, beside)
+    low, high = range_of(corners)
     margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
     field[0, 0], field[0, 1], field[0, 2], field[0, 3] = trilinear(corners, entry, leave)
     for axis in range(3):
@@ -128,7 +137,7 @@ def lay_fields(workspace, entry, leave, rounding):
     return margin
 
 
-@woven_in
+@compiled
 def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, light):
     """Add the part from `start` to `end`, inside one segment of the transfer function; return the depth behind it."""
     if not choose_between(scene, ray, workspace, start, end, margin):
@@ -138,7 +147,7 @@ def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, li
     return add_interval(collocate, scene.lights.analytic, scene, ray, workspace, start, end, here, length, depth, light)
 
 
-@woven_in
+@compiled
 def choose_between(scene, ray, workspace, start, end, margin):
     """Return True if a part of a cell shows anything; the segments that hold there go to `workspace.chosen`."""
     value, gradient, m = fields_at(workspace, (start + end) / 2)
@@ -146,7 +155,7 @@ def choose_between(scene, ray, workspace, start, end, margin):
     return choose(scene, value, m, margin, workspace.chosen)
 
 
-@woven_in
+@compiled
 def opaque_at(scene, ray, workspace, start, end, here, length):
     """Return the straight colour, lit and cued, of an opaque part."""
     # Just inside the part: light and eye are on the same side of the surface in all of it, but not at its ends.
@@ -156,7 +165,7 @@ def opaque_at(scene, ray, workspace, start, end, here, length):
     return shown(scene, ray, color, 1.0, gradient, m, workspace.chosen[FACING], here + t * length)
 
 
-@woven_in
+@compiled
 def cross_preclassified(scene, ray, workspace, cell, entry, leave, here, length, rounding, depth, light):
     """Add a cell whose corners are classified and lit, then interpolated; return the optical depth behind it."""
     channels, opaque, seen = workspace.channels, False, False
@@ -191,7 +200,7 @@ def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
     return _add_cued(cue, ray, color, extinction, here, length, depth, light)
 
 
-@woven_in
+@compiled
 def medium_of_corner(scene, workspace, cell, corner, tint, weight):
     """Return lit emission (3) and extinction of a corner of a cell; the straight colour if it is opaque.
 

@@ -18,9 +18,10 @@ from math import exp, sqrt
 import numpy as np
 
 from texvol.ray_casting.common.bernstein import value_at
-from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
+from texvol.ray_casting.common.cells import fill
+from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, cued
-from texvol.ray_casting.lit.arrays import MOST_LEVELS, NODE_COUNT, position_at
+from texvol.ray_casting.lit.arrays import INTERVAL, MOST_LEVELS, NODE_COUNT, position_at
 from texvol.ray_casting.lit.shading import FACING, NO_PANEL, cue_at, dot, lit, medium_at, panel_at
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
@@ -67,7 +68,7 @@ def add_interval(collocate, analytic, scene, ray, workspace, start, end, here, l
                 for channel in range(3):
                     light[channel] += exp(-depth) * first[1 + channel]
                 return depth + max(first[0], 0.0)
-            stack[0, 1], stack[0, 2:] = 0, first
+            _put(stack[0], start, ZERO, first)
             continue
         seen, through = exp(-depth), exp(-first[0])
         reached = first[0] + second[0]
@@ -79,15 +80,23 @@ def add_interval(collocate, analytic, scene, ray, workspace, start, end, here, l
         narrower = level < MOST_HALVINGS and seen * off > AGREEMENT * brightest
         narrower = narrower or (level < MOST_LEVELS and reached > DEEP) or (level < MOST_TURNS and turn > WIDEST_TURN)
         if narrower:
-            stack[top, 0], stack[top, 1], stack[top, 2:] = start + half, level + 1, second
+            _put(stack[top], start + half, level + 1, second)
             top += 1
-            stack[top, 0], stack[top, 1], stack[top, 2:] = start, level + 1, first
+            _put(stack[top], start, level + 1, first)
         else:
             for channel in range(3):
                 light[channel] += seen * (first[1 + channel] + through * second[1 + channel])
             depth += max(reached, 0.0)
             top -= 1
     return depth
+
+
+@compiled
+def _put(row, start, level, result):
+    """Write an interval to a row of the stack."""
+    row[0], row[1] = start, level
+    for k in range(INTERVAL):
+        row[2 + k] = result[k]
 
 
 @compiled
@@ -130,16 +139,17 @@ def _high_and_low(values, length):
     return high, low
 
 
-@inlined
+@compiled
 def collocate(scene, ray, workspace, start, width, here, length, result):
     """Write optical depth and light (3) of an interval to `result`; return the normal's turn, see WIDEST_TURN."""
-    workspace.intervals.glows[:] = 0.0
+    for node in range(NODE_COUNT):
+        fill(workspace.intervals.glows[node], 0.0)
     turn = add_glows(scene, ray, workspace, start, width, here, length)
     integrate(workspace.intervals.glows, width * length, result)
     return turn
 
 
-@woven_in
+@compiled
 def add_glows(scene, ray, workspace, start, width, here, length):
     """Add lit emission and extinction to `workspace.intervals`; return the normal's turn, see WIDEST_TURN."""
     glows = workspace.intervals.glows
@@ -162,7 +172,7 @@ def add_glows(scene, ray, workspace, start, width, here, length):
 @compiled
 def integrate(glows, length, result):
     """Write optical depth and light (3) of an interval to `result`, from emission and extinction at its nodes."""
-    result[:] = 0.0
+    fill(result, 0.0)
     for node in range(NODE_COUNT):
         result[0] += length * WEIGHTS[node] * glows[node, 3]
         depth = 0.0
@@ -190,7 +200,7 @@ def fields_at(workspace, t):
     return value_at(field[0], t), gradient, sqrt(dot(gradient, gradient))
 
 
-@woven_in
+@compiled
 def shown(scene, ray, color, extinction, gradient, m, side, s):
     """Return the emission at s of the ray, lit and cued; the straight colour if the extinction is 1."""
     if scene.lit:

@@ -19,15 +19,17 @@ STACK_ROWS = 34  # one for each halving down to the narrowest, and the two halve
 
 
 @compiled
-def add_roots(polynomial, degree, noise, stack, cuts, count):
+def add_roots(polynomial, noise, stack, cuts, count):
     """Write the roots of a polynomial behind the first `count` cuts; return the number of all cuts.
 
     Coefficients of at most `noise` count as 0, so that a polynomial that is 0 before rounding has no roots.
     """
+    degree = polynomial.size - 1
     if sign_changes(polynomial, degree, noise) == 0:
         return count
     most = count + degree
-    stack[0, : degree + 1] = polynomial[: degree + 1]
+    for k in range(degree + 1):
+        stack[0, k] = polynomial[k]
     stack[0, START], stack[0, WIDTH] = 0.0, 1.0
     top = 0
     while top >= 0 and count < most:

@@ -10,6 +10,7 @@ from texvol.ray_casting.common.cells import in_cell
 from texvol.ray_casting.common.compiling import compiled_and_cached, sources, uncounted, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace
+from texvol.ray_casting.common.references import referenced
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.ray_casting.lit.arrays import (
     NO_PANELS,
@@ -71,11 +72,11 @@ def _tracer(sources):
     ):
         """Write light and, in the last channel, optical depth of rays to `picture`; `rays` as `world_rays` has them."""
         sources  # noqa: B018 - see compiled_and_cached
-        volume = uncounted((values, gradients, scene, preclassified, rounding, workspace))
+        volume = uncounted((values, gradients, referenced(scene), preclassified, rounding, referenced(workspace)))
         starts, steps, ends, picture = uncounted(starts), uncounted(steps), uncounted(ends), uncounted(picture)
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
-                world = ray_of(rays[row, column])
+                world = referenced(ray_of(rays[row, column]))
                 light = picture[row, column, :3]
                 ray = _Ray(starts[row, column], steps[row, column], world, *volume, light)
                 picture[row, column, 3] = walk_grid(_cross, ray, values.shape, ends[row, column], 0.0)

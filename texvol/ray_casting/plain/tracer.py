@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from math import inf, isfinite, isinf, isnan
+from math import inf, isinf, isnan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import (
     EPSILON,
@@ -18,13 +17,15 @@ from texvol.ray_casting.common.bernstein import (
     value_and_slope,
 )
 from texvol.ray_casting.common.cells import (
+    are_finite,
     color_of_opaque_corners,
     in_cell,
     load_corners,
     point_between,
+    range_of,
     value_beside_gaps,
 )
-from texvol.ray_casting.common.compiling import compiled, compiled_and_cached, sources, uncounted, woven_in
+from texvol.ray_casting.common.compiling import ZERO, compiled, compiled_and_cached, sources, uncounted, woven_in
 from texvol.ray_casting.common.medium import (
     OPAQUE_DEPTH,
     Medium,
@@ -36,7 +37,8 @@ from texvol.ray_casting.common.medium import (
     points_around,
     segment_of,
 )
-from texvol.ray_casting.common.rays import Numbers, Rays, Trace, values_of
+from texvol.ray_casting.common.rays import Numbers, Rays, Trace, Values, values_of
+from texvol.ray_casting.common.references import referenced
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.scene.scene import CompleteScene
 
@@ -65,13 +67,13 @@ def cross_preclassified(corners, channels, medium, entry, leave, length, roundin
 @compiled
 def cross_postclassified(corners, medium, entry, leave, length, rounding, depth, light):
     """Add a cell whose value is interpolated, then classified; return the optical depth behind it."""
-    if not isfinite(corners.sum()):
+    if not are_finite(corners):
         value = value_beside_gaps(corners, point_between(entry, leave, 0.5), rounding)
         if isnan(value):
             return depth
         if value != 0.0:
             return _add_segment((value, value, value, value), 0.0, 1.0, 0.0, medium, length, depth, light)
-    low, high = corners.min(), corners.max()
+    low, high = range_of(corners)
     # Values no farther apart than this may be one value before rounding.
     margin = max(rounding[0], rounding[1], rounding[2]) * (high - low) + 4 * EPSILON * max(abs(low), abs(high))
     cubic = trilinear(corners, entry, leave)
@@ -106,7 +108,7 @@ def _add_segment(cubic, start, end, margin, medium, length, depth, light):
     """Add the part from `start` to `end`, where the value lies between two control points; return the depth."""
     points, extinctions = medium.points, medium.extinctions
     value = value_and_slope(cubic, (start + end) / 2)[0]
-    left, right = points_around(points, 0, points.size, value, margin)
+    left, right = points_around(points, ZERO, points.size, value, margin)
     part = (0.0, 0.0, 0.0, 0.0)
     if left != right:
         a, b, c, d = restricted(cubic, start, end)
@@ -127,7 +129,7 @@ class _Ray(NamedTuple):
 
     start: Numbers
     step: Numbers
-    values: NDArray
+    values: Values
     medium: Medium
     preclassified: bool
     rounding: Numbers
@@ -174,6 +176,7 @@ def _tracer(sources):
         `corners` and `channels` are scratch memory of shapes (8) and (4, 8).
         """
         sources  # noqa: B018 - see compiled_and_cached
+        values, medium = referenced(values), referenced(medium)
         volume = uncounted((values, medium, preclassified, rounding, corners, channels))
         starts, steps, ends, picture = uncounted(starts), uncounted(steps), uncounted(ends), uncounted(picture)
         for row in range(picture.shape[0]):

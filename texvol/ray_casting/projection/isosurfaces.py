@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import crossing, trilinear, turning_points, value_and_slope
-from texvol.ray_casting.common.cells import in_cell, load_corners
-from texvol.ray_casting.common.compiling import compiled, compiled_and_cached, sources, uncounted, woven_in
-from texvol.ray_casting.common.rays import Choose, Numbers, Rays, over_rows, position_rounding, values_of
+from texvol.ray_casting.common.cells import fill, in_cell, load_corners, range_of
+from texvol.ray_casting.common.compiling import ZERO, compiled, compiled_and_cached, sources, uncounted, woven_in
+from texvol.ray_casting.common.rays import Choose, Numbers, Rays, Values, over_rows, position_rounding, values_of
+from texvol.ray_casting.common.references import referenced
 from texvol.ray_casting.common.walk import walk_grid
 from texvol.ray_casting.projection.seen import depth_of, lit_color, seen_rays
 from texvol.ray_casting.projection.tracer import gap_value
@@ -108,7 +109,7 @@ class _Ray(NamedTuple):
 
     start: Numbers
     step: Numbers
-    values: NDArray
+    values: Values
     levels: Numbers
     rounding: Numbers
     corners: Numbers  # (8)
@@ -128,7 +129,7 @@ def add_hit(hits, first, count, s, level):
     place = count
     while place > first and place - 1 < hits.shape[0] and hits[place - 1, 0] > s:
         if place < hits.shape[0]:
-            hits[place] = hits[place - 1]
+            hits[place, 0], hits[place, 1] = hits[place - 1, 0], hits[place - 1, 1]
         place -= 1
     if place < hits.shape[0]:
         hits[place, 0], hits[place, 1] = s, level
@@ -140,7 +141,7 @@ def pass_cell(ray, beside, entry, leave, here, length, count):
     """Add the hits in a cell that a ray crosses from s = `here` on, and return the number of hits."""
     first = count
     cubic = trilinear(ray.corners, entry, leave)
-    low, high = ray.corners.min(), ray.corners.max()
+    low, high = range_of(ray.corners)
     turns = turning_points(cubic)
     for level in range(ray.levels.size):
         isovalue = ray.levels[level]
@@ -171,7 +172,7 @@ def _cross(ray, cell, here, there, state):
     leave = in_cell(ray.start, ray.step, there, cell.i, cell.j, cell.k)
     beside = gap_value(ray.corners, entry, leave, ray.rounding)
     if np.isnan(beside):
-        ray.sides[:] = 0.0
+        fill(ray.sides, 0.0)
         return state, False
     return pass_cell(ray, beside, entry, leave, here, there - here, state), False
 
@@ -185,14 +186,15 @@ def _passer(sources):
         `sides` (levels) are scratch memory.
         """
         sources  # noqa: B018 - see compiled_and_cached
+        values = referenced(values)
         volume = uncounted((values, levels, rounding, corners, sides))
         starts, steps, ends = uncounted(starts), uncounted(steps), uncounted(ends)
         hits, counts = uncounted(hits), uncounted(counts)
         for row in range(counts.shape[0]):
             for column in range(counts.shape[1]):
-                volume[4][:] = 0.0
+                fill(sides, 0.0)
                 ray = _Ray(starts[row, column], steps[row, column], *volume, hits[row, column])
-                counts[row, column] = walk_grid(_cross, ray, values.shape, ends[row, column], 0)
+                counts[row, column] = walk_grid(_cross, ray, values.shape, ends[row, column], ZERO)
 
     return pass_levels
 

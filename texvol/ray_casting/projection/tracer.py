@@ -6,16 +6,23 @@ cubic.
 
 from __future__ import annotations
 
-from math import copysign, inf, isfinite, isnan, nan
+from math import copysign, inf, isnan, nan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import crossing, restricted, trilinear, turning_points, value_and_slope
-from texvol.ray_casting.common.cells import in_cell, load_corners, point_between, value_beside_gaps
+from texvol.ray_casting.common.cells import (
+    are_finite,
+    in_cell,
+    load_corners,
+    point_between,
+    range_of,
+    value_beside_gaps,
+)
 from texvol.ray_casting.common.compiling import compiled, compiled_and_cached, sources, uncounted, woven_in
-from texvol.ray_casting.common.rays import Numbers
+from texvol.ray_casting.common.rays import Numbers, Values
+from texvol.ray_casting.common.references import referenced
 from texvol.ray_casting.common.walk import walk_grid
 
 NO_HIT = 2.0  # parameter beyond the end of any cell
@@ -27,7 +34,7 @@ def gap_value(corners, entry, leave, rounding):
 
     Corners that are not finite and have no weight are set to 0.
     """
-    if isfinite(corners.sum()):
+    if are_finite(corners):
         return 0.0
     value = value_beside_gaps(corners, point_between(entry, leave, 0.5), rounding)
     return copysign(inf, value) if value != 0.0 and not isnan(value) else value
@@ -81,7 +88,7 @@ def highest_of(corners, beside, entry, leave, best):
     """Return the highest value along a ray, or `best` if that is higher."""
     if beside != 0.0:
         return max(best, beside)
-    low, high = corners.min(), corners.max()
+    low, high = range_of(corners)
     if high <= best:
         return best
     cubic = trilinear(corners, entry, leave)
@@ -99,7 +106,7 @@ def first_hit(corners, beside, entry, leave, isovalue, side):
     """
     if isnan(beside):
         return NO_HIT, nan
-    low, high = corners.min(), corners.max()
+    low, high = range_of(corners)
     if beside != 0.0:
         low, high = beside, beside
     if low > isovalue or high < isovalue:
@@ -131,7 +138,7 @@ class _Ray(NamedTuple):
 
     start: Numbers
     step: Numbers
-    values: NDArray
+    values: Values
     kind: int
     sign: float
     level: float
@@ -179,6 +186,7 @@ def _projector(sources):
         shape (8).
         """
         sources  # noqa: B018 - see compiled_and_cached
+        values = referenced(values)
         volume = uncounted((values, kind, sign, level, rounding, corners))
         starts, steps, ends, numbers = uncounted(starts), uncounted(steps), uncounted(ends), uncounted(numbers)
         for row in range(numbers.shape[0]):

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.bernstein import EPSILON
-from texvol.ray_casting.common.compiling import inlined, woven_in
+from texvol.ray_casting.common.compiling import compiled, woven_in
 from texvol.ray_casting.common.medium import Medium
 from texvol.ray_casting.common.rays import Numbers
 from texvol.ray_casting.lit.arrays import (
     NO_PANELS,
     Graded,
+    Gradients,
     Intervals,
     Lights,
     LitScene,
@@ -153,7 +154,7 @@ def part_of(ragged, v):
     return ragged.numbers[ragged.first[v] : ragged.first[v + 1]]
 
 
-@inlined
+@woven_in
 def scene_of(several, v):
     """Return the `LitScene` of volume v."""
     scenes = several.scenes
@@ -220,6 +221,49 @@ def _lights_of(several, v):
         lights.analytic,
         lights.dark,
     )
+
+
+class OwnSamples(NamedTuple):
+    """Samples of one volume, see `Samples`."""
+
+    values: Numbers  # z, y, x
+    gradients: Gradients
+    weights: Numbers
+    colors: Numbers
+
+
+@woven_in
+def samples_of(several, v):
+    """Return the samples of volume v."""
+    samples, shape = several.samples, several.shapes[v]
+    slopes = part_of(samples.gradients, v)
+    slopes = slopes.reshape((shape[0] if slopes.shape[0] > 0 else 0, shape[1], shape[2], 3))
+    return OwnSamples(
+        part_of(samples.values, v).reshape((shape[0], shape[1], shape[2])),
+        Gradients(slopes, slopes),
+        part_of(samples.weights, v),
+        part_of(samples.colors, v),
+    )
+
+
+class Opened(NamedTuple):
+    """All volumes of a scene in compiled code; see `Several`."""
+
+    kinds: Indices
+    shapes: Indices
+    scenes: Any
+    rounding: Numbers
+    same: float
+    volumes: Any  # references to the samples of each volume,
+    each: Any  # to the `LitScene` of each
+    own: Any  # and to the `Workspace` of each
+
+
+@compiled
+def open_volumes(several, workspace, volumes, each, own):
+    """Write samples, scene and workspace of each volume to references."""
+    for v in range(several.kinds.size):
+        volumes[v], each[v], own[v] = samples_of(several, v), scene_of(several, v), workspace_of(workspace, v)
 
 
 class Progress(NamedTuple):
@@ -292,9 +336,9 @@ def several_workspace(volumes: int, most_cuts: int, most_chosen: int) -> Several
     )
 
 
-@inlined
-def workspace_of(workspace, v, first_cut):
-    """Return the `Workspace` of volume v, whose cuts are written behind the first `first_cut`."""
+@woven_in
+def workspace_of(workspace, v):
+    """Return the `Workspace` of volume v."""
     each = workspace.each
     return Workspace(
         each.corners[v],
@@ -305,7 +349,7 @@ def workspace_of(workspace, v, first_cut):
         each.square,
         each.polynomial,
         each.root_stack,
-        each.cuts[first_cut:],
+        each.cuts,
         each.chosen[v],
         each.intervals,
     )

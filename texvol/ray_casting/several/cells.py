@@ -10,10 +10,10 @@ from __future__ import annotations
 from math import isinf, isnan
 
 from texvol.ray_casting.common.bernstein import restricted, trilinear, value_at
-from texvol.ray_casting.common.cells import color_of_opaque_corners, has_weight, in_cell, point_between
-from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
+from texvol.ray_casting.common.cells import color_of_opaque_corners, copy, fill, has_weight, in_cell, point_between
+from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, cued
-from texvol.ray_casting.lit.arrays import NODE_COUNT, Gradients
+from texvol.ray_casting.lit.arrays import NODE_COUNT
 from texvol.ray_casting.lit.cells import (
     add_cubics,
     choose_between,
@@ -26,18 +26,19 @@ from texvol.ray_casting.lit.cells import (
 from texvol.ray_casting.lit.collocation import NODES, add_glows, add_interval, integrate
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
 from texvol.ray_casting.lit.shading import OPAQUE, cue_at
-from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED, part_of, scene_of, workspace_of
+from texvol.ray_casting.several.arrays import LABELS, PRECLASSIFIED
 
 EXTINCTION = 3  # the channel behind red, green and blue
 
 
-@woven_in
+@compiled
 def cross(several, starts, steps, ray, workspace, here, there, depth, light):
     """Add the piece of a ray from `here` to `there` to `light`; return the optical depth behind it."""
     length, common, progress = there - here, several.scenes, workspace.progress
-    workspace.cubics[:] = 0.0
-    workspace.mixed[:] = 0.0
-    posts, anything = 0, False
+    for channel in range(4):
+        fill(workspace.cubics[channel], 0.0)
+    fill(workspace.mixed, 0.0)
+    posts, anything = ZERO, False
     for v in range(several.kinds.size):
         if not progress.inside[v]:
             continue
@@ -75,23 +76,19 @@ def _is_classified(several, v):
     return kind == PRECLASSIFIED or (kind == LABELS and not several.scenes.lit)
 
 
-@woven_in
+@compiled
 def _load(several, v, workspace):
     """Write the samples of the cell of volume v to `workspace`; return True if the cell may show anything."""
-    scene, own, samples = scene_of(several, v), workspace_of(workspace, v, 0), workspace.samples
-    shape, all_samples = several.shapes[v], several.samples
+    scene, own, samples = several.each[v], several.own[v], workspace.samples
+    shape, volume = several.shapes[v], several.volumes[v]
     corners = 1 if several.kinds[v] == LABELS else 8
-    nz, ny, nx = shape[0], shape[1], shape[2]
+    ny, nx = shape[1], shape[2]
     cells = workspace.progress.cells
     cell = cells[v, 0], cells[v, 1], cells[v, 2]
-    values = part_of(all_samples.values, v).reshape((nz, ny, nx))
-    slopes = part_of(all_samples.gradients, v)
-    planes = nz if slopes.shape[0] > 0 else 0
-    slopes = slopes.reshape((planes, ny, nx, 3))
-    if not load_cell(values, Gradients(slopes, slopes), scene, cell, own):
+    if not load_cell(volume.values, volume.gradients, scene, cell, own):
         return False
-    samples.values[v, :] = own.corners
-    weights, colors = part_of(all_samples.weights, v), part_of(all_samples.colors, v)
+    copy(own.corners, samples.values[v])
+    weights, colors = volume.weights, volume.colors
     heaviest = 0.0
     for corner in range(corners):
         k, j, i = sample_of(shape, cell, corner)
@@ -114,7 +111,7 @@ def _load(several, v, workspace):
     return seen
 
 
-@woven_in
+@compiled
 def _add_samples(several, v, workspace, entry, leave):
     """Add the classified samples of volume v to the cubics of a piece; or, if opaque, to the opaque colour."""
     channels, cubics, mixed = workspace.each.channels[v], workspace.cubics, workspace.mixed
@@ -122,12 +119,14 @@ def _add_samples(several, v, workspace, entry, leave):
         weight = 1.0 if workspace.samples.opaque[v] else 0.0
         for channel in range(4):
             if weight == 0.0:
-                cubics[channel, :] += channels[channel, 0]
+                for k in range(4):
+                    cubics[channel, k] += channels[channel, 0]
             else:
                 mixed[channel] += weight if channel == EXTINCTION else channels[channel, 0]
         return
     if workspace.samples.opaque[v]:
-        workspace.mended[:] = channels
+        for channel in range(4):
+            copy(channels[channel], workspace.mended[channel])
         channels = workspace.mended
         color, weight = color_of_opaque_corners(channels, entry, leave, several.rounding[v])
         if weight > 0.0:
@@ -143,19 +142,19 @@ def _add_samples(several, v, workspace, entry, leave):
         cubics[channel, 3] += d
 
 
-@woven_in
+@compiled
 def _lay_fields(several, v, workspace, entry, leave):
     """Write the fields of volume v, classified after interpolation, to `workspace`; return True if it has values."""
-    own, samples = workspace_of(workspace, v, 0), workspace.samples
+    own, samples = several.own[v], workspace.samples
     if several.kinds[v] == LABELS:
-        own.corners[:] = samples.values[v, 0]
-        own.field[0, :] = samples.values[v, 0]
+        fill(own.corners, samples.values[v, 0])
+        fill(own.field[0], samples.values[v, 0])
         for axis in range(3):
-            own.field[1 + axis, :] = own.slopes[axis, 0]
-        own.weight[:] = samples.weights[v, 0]
+            fill(own.field[1 + axis], own.slopes[axis, 0])
+        fill(own.weight, samples.weights[v, 0])
         workspace.margins[v] = 0.0
         return True
-    own.corners[:] = samples.values[v]
+    copy(samples.values[v], own.corners)
     rounding = several.rounding[v]
     if several.scenes.masked[v]:
         middle, any_weight = point_between(entry, leave, 0.5), False
@@ -172,10 +171,10 @@ def _lay_fields(several, v, workspace, entry, leave):
 @woven_in
 def _cross_in_parts(several, ray, workspace, posts, here, length, depth, light):
     """Add a piece with volumes that are classified after interpolation; return the optical depth behind it."""
-    cuts, count = workspace.each.cuts, 0
+    cuts, count = workspace.each.cuts, ZERO
     for k in range(posts):
         v = workspace.posts[k]
-        count += find_cuts(scene_of(several, v), ray, workspace_of(workspace, v, count), here, length)
+        count = find_cuts(several.each[v], ray, several.own[v], here, length, count)
     sort_cuts(cuts, count)
     start = 0.0
     for cut in range(count):
@@ -186,13 +185,13 @@ def _cross_in_parts(several, ray, workspace, posts, here, length, depth, light):
     return depth
 
 
-@woven_in
+@compiled
 def _add_part(several, ray, workspace, posts, start, end, here, length, depth, light):
     """Add the part from `start` to `end`, inside one segment of each transfer function; return the depth behind it."""
     seen, common = 0, several.scenes
     for k in range(posts):
         v = workspace.posts[k]
-        scene, own = scene_of(several, v), workspace_of(workspace, v, 0)
+        scene, own = several.each[v], several.own[v]
         if not choose_between(scene, ray, own, start, end, workspace.margins[v]):
             continue
         if own.chosen[OPAQUE]:
@@ -211,7 +210,7 @@ def _add_part(several, ray, workspace, posts, start, end, here, length, depth, l
     return add_interval(_collocate, False, several, ray, workspace, start, end, here, length, depth, light)
 
 
-@inlined
+@compiled
 def _collocate(several, ray, workspace, start, width, here, length, result):
     """Integrate an interval of all volumes, see `lit.collocation.collocate`."""
     cubics, glows, scene = workspace.cubics, workspace.intervals.glows, several.scenes
@@ -225,9 +224,7 @@ def _collocate(several, ray, workspace, start, width, here, length, result):
     turn = 0.0
     for k in range(workspace.counts[0]):
         v = workspace.seen[k]
-        turn = max(
-            turn, add_glows(scene_of(several, v), ray, workspace_of(workspace, v, 0), start, width, here, length)
-        )
+        turn = max(turn, add_glows(several.each[v], ray, several.own[v], start, width, here, length))
     integrate(glows, width * length, result)
     return turn
 

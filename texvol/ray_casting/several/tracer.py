@@ -10,9 +10,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from texvol.ray_casting.common.compiling import compiled_and_cached, sources, uncounted, woven_in
+from texvol.ray_casting.common.compiling import compiled, compiled_and_cached, sources, uncounted, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH
 from texvol.ray_casting.common.rays import Numbers, Rays, Trace, rays_in, transformed
+from texvol.ray_casting.common.references import referenced, references
 from texvol.ray_casting.common.walk import clipped, first_cell, next_cell, walk
 from texvol.ray_casting.lit.arrays import Ray, ray_of, world_rays
 from texvol.ray_casting.lit.cuts import most_cuts
@@ -20,11 +21,16 @@ from texvol.ray_casting.lit.shading import FURTHER
 from texvol.ray_casting.lit.shadows import Shadows
 from texvol.ray_casting.several.arrays import (
     LABELS,
+    Opened,
     Several,
     SeveralWorkspace,
+    open_volumes,
+    samples_of,
+    scene_of,
     several,
     several_workspace,
     with_panels,
+    workspace_of,
 )
 from texvol.ray_casting.several.cells import cross
 from texvol.scene.scene import CompleteScene
@@ -41,7 +47,7 @@ class _Ray(NamedTuple):
     light: Numbers  # sum of the emission so far, (3)
 
 
-@woven_in
+@compiled
 def _find_boxes(ray, ends, progress):
     """Return the s at which a ray enters the first box and leaves the last; the s of each box go to `progress`."""
     several, first, last = ray.several, np.inf, -np.inf
@@ -55,7 +61,7 @@ def _find_boxes(ray, ends, progress):
     return first, last
 
 
-@woven_in
+@compiled
 def _next_face(ray, progress, here, last):
     """Return the s of the next face of any box or cell; boxes that begin at `here` are entered."""
     several, there = ray.several, last
@@ -79,7 +85,7 @@ def _start(ray, v, axis):
     return ray.starts[v, axis] + (0.5 if ray.several.kinds[v] == LABELS else 0.0)
 
 
-@woven_in
+@compiled
 def _pass_faces(ray, progress, there):
     """Enter the next cells; faces that are apart by no more than rounding are passed at once."""
     there += ray.several.same
@@ -109,12 +115,19 @@ def _tracer(sources):
     def trace_several_rays(several, starts, steps, ends, rays, workspace, picture):
         """Write light and, in the last channel, optical depth of rays to `picture`; `rays` as `world_rays` has them."""
         sources  # noqa: B018 - see compiled_and_cached
-        several, workspace, picture = uncounted(several), uncounted(workspace), uncounted(picture)
+        several, workspace, picture = referenced(several), referenced(workspace), uncounted(picture)
+        count = several.kinds.size
+        volumes = references(samples_of(several, 0), count)
+        each, own = references(scene_of(several, 0), count), references(workspace_of(workspace, 0), count)
+        open_volumes(several, workspace, volumes, each, own)
+        several = referenced(
+            Opened(several.kinds, several.shapes, several.scenes, several.rounding, several.same, volumes, each, own)
+        )
         starts, steps, ends = uncounted(starts), uncounted(steps), uncounted(ends)
         progress = workspace.progress
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
-                world = ray_of(rays[row, column])
+                world = referenced(ray_of(rays[row, column]))
                 light = picture[row, column, :3]
                 ray = _Ray(starts[row, column], steps[row, column], world, several, workspace, light)
                 here, last = _find_boxes(ray, ends[row, column], progress)
