@@ -197,7 +197,7 @@ def _remember(scene: Scene, seconds: float) -> None:
 
 def _kind_of(scene: Scene) -> tuple[object, ...]:
     """Return what decides which functions are compiled for a scene."""
-    volumes = tuple((each.values.dtype, each.nearest, each.colors is None) for each in scene.volumes)
+    volumes = tuple((each.nearest, each.colors is None) for each in scene.volumes)
     masks = tuple(mask and mask.array.dtype for mask in (scene.mask, *(each.mask for each in scene.added)))
     graded = scene.transfer_function is not None and scene.transfer_function.needs_gradient
     lighting = scene.lighting is not None, casts_shadows(scene.lighting)

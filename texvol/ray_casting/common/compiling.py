@@ -1,4 +1,4 @@
-"""Compilation by numba; the only module that imports it."""
+"""Compilation by numba, which is imported here and in `references` only."""
 
 from __future__ import annotations
 
@@ -45,6 +45,14 @@ def compiled(function: Callable[..., Any]) -> Any:
     return _Part(function, targetoptions={"nopython": True} | _OPTIONS | _NOT_FOR_PYTHON | _NOT_FOR_C)
 
 
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile `function` into its callers in LLVM: for functions that are called at each node of an interval."""
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]
+        return function
+    options = {"nopython": True, "forceinline": True} | _OPTIONS | _NOT_FOR_PYTHON | _NOT_FOR_C
+    return _Part(function, targetoptions=options)
+
+
 def woven_in(function: Callable[..., Any]) -> Any:
     """Compile `function` into its callers before LLVM, which would otherwise optimise it once for each caller."""
     return njit(inline="always", **_OPTIONS)(function)
@@ -85,6 +93,7 @@ def uncounted(typing_context, data):
 
 
 def without_counts(context, builder, kind, value):
+    """Return an array, or a tuple, without reference counts, as code of LLVM."""
     if isinstance(kind, types.Array):
         array = context.make_array(kind)(context, builder, value=value)
         array.meminfo = array.meminfo.type(None)  # numba takes this for memory that it does not own

@@ -1,13 +1,16 @@
-"""References to named tuples for compiled code: an argument is then one pointer, and only the fields read are loaded.
+"""References to named tuples for compiled code: an argument is one pointer, and only fields that are read are loaded.
 
-numba passes a tuple by value: each call, and each variable, of a whole scene would copy some four hundred numbers, and
-LLVM spends most of its time on these copies. Functions read the fields of a reference as those of the tuple.
+numba passes a tuple by value. Each call with a scene, and each variable, would copy some four hundred numbers, and LLVM
+would spend most of its time on these copies. A reference has the fields of its tuple; a field that is itself a named
+tuple is a reference, too. In plain Python, references are the tuples themselves.
 """
 
 from __future__ import annotations
 
 import operator
 
+from llvmlite import ir
+from numba.core.cgutils import alloca_once_value
 from numba.core.datamodel.models import PrimitiveModel
 from numba.core.imputils import lower_getattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
@@ -54,8 +57,6 @@ def _field(context, builder, reference, pointer, name):
 
 
 def _index(number):
-    from llvmlite import ir
-
     return ir.Constant(ir.IntType(32), number)
 
 
@@ -64,8 +65,6 @@ def referenced(typing_context, data):
     """Return a reference to a named tuple, valid until the function ends in which it is made; as `uncounted`."""
 
     def code(context, builder, signature, arguments):
-        from numba.core.cgutils import alloca_once_value
-
         return alloca_once_value(builder, without_counts(context, builder, signature.args[0], arguments[0]))
 
     return Reference(data)(data), code
@@ -76,7 +75,7 @@ class References(Reference):
 
     def __init__(self, target):
         super().__init__(target)
-        self.name = f"References({target})"
+        self.name = f"References({target})"  # by which numba compares types
 
 
 register_model(References)(_Pointer)

@@ -42,17 +42,19 @@ from texvol.ray_casting.lit.shading import (
 def load_cell(values, gradients, scene, cell, workspace):
     """Write the samples of a cell to `workspace`, edge samples repeated; return True if the cell may show anything."""
     low, high, steepest = inf, -inf, 0.0
+    corners, slopes = workspace.corners, workspace.slopes
+    uses_gradient, factor = scene.uses_gradient, scene.gradient_factor
     for corner in range(8):
         k, j, i = sample_of(values.shape, cell, corner)
         value = values[k, j, i]
-        workspace.corners[corner] = value
+        corners[corner] = value
         low, high = min(low, value), max(high, value)  # NaN is neither
-        if scene.uses_gradient:
+        if uses_gradient:
             square = 0.0
             for axis in range(3):
-                slope = scene.gradient_factor * _gradient_at(gradients, k, j, i, axis)
+                slope = factor * _gradient_at(gradients, k, j, i, axis)
                 slope = slope if isfinite(slope) else 0.0
-                workspace.slopes[axis, corner] = slope
+                slopes[axis, corner] = slope
                 square += slope * slope
             steepest = max(steepest, square)
     return low <= high and _may_show(scene, low, high, sqrt(steepest))
@@ -114,7 +116,7 @@ def cross_postclassified(scene, ray, workspace, entry, leave, here, length, roun
     return depth
 
 
-@compiled
+@woven_in
 def lay_fields(workspace, entry, leave, rounding):
     """Write value and gradient along a ray, four cubics, to `workspace.field`.
 
@@ -147,7 +149,7 @@ def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, li
     return add_interval(collocate, scene.lights.analytic, scene, ray, workspace, start, end, here, length, depth, light)
 
 
-@compiled
+@woven_in
 def choose_between(scene, ray, workspace, start, end, margin):
     """Return True if a part of a cell shows anything; the segments that hold there go to `workspace.chosen`."""
     value, gradient, m = fields_at(workspace, (start + end) / 2)
@@ -200,7 +202,7 @@ def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
     return _add_cued(cue, ray, color, extinction, here, length, depth, light)
 
 
-@compiled
+@woven_in
 def medium_of_corner(scene, workspace, cell, corner, tint, weight):
     """Return lit emission (3) and extinction of a corner of a cell; the straight colour if it is opaque.
 

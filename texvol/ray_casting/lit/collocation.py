@@ -19,7 +19,7 @@ import numpy as np
 
 from texvol.ray_casting.common.bernstein import value_at
 from texvol.ray_casting.common.cells import fill
-from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
+from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, cued
 from texvol.ray_casting.lit.arrays import INTERVAL, MOST_LEVELS, NODE_COUNT, position_at
 from texvol.ray_casting.lit.shading import FACING, NO_PANEL, cue_at, dot, lit, medium_at, panel_at
@@ -149,7 +149,7 @@ def collocate(scene, ray, workspace, start, width, here, length, result):
     return turn
 
 
-@compiled
+@inlined
 def add_glows(scene, ray, workspace, start, width, here, length):
     """Add lit emission and extinction to `workspace.intervals`; return the normal's turn, see WIDEST_TURN."""
     glows = workspace.intervals.glows
@@ -200,7 +200,7 @@ def fields_at(workspace, t):
     return value_at(field[0], t), gradient, sqrt(dot(gradient, gradient))
 
 
-@compiled
+@inlined
 def shown(scene, ray, color, extinction, gradient, m, side, s):
     """Return the emission at s of the ray, lit and cued; the straight colour if the extinction is 1."""
     if scene.lit:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from math import isinf, sqrt
 
 from texvol.ray_casting.common.bernstein import mix
-from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
+from texvol.ray_casting.common.compiling import ZERO, inlined, woven_in
 from texvol.ray_casting.common.medium import mixed_color, points_around, segment_of
 from texvol.ray_casting.lit.arrays import DIRECTIONAL, HEAD
 
@@ -21,7 +21,7 @@ NO_PANEL = -1, 0.0  # see `panel_at`
 SQUARE = 1e-12  # cosine below which a gradient is perpendicular to a direction, before rounding: on neither side
 
 
-@compiled
+@inlined
 def choose(scene, value, m, margin, chosen):
     """Return True if the medium shows a value; the segments of the transfer function that hold go to `chosen`.
 
@@ -83,7 +83,7 @@ def opaque_color(scene, chosen, value):
     return shown * red, shown * green, shown * blue
 
 
-@compiled
+@inlined
 def medium_at(scene, chosen, value, m):
     """Return emission (3) and extinction of the chosen segments, none of them opaque."""
     glow = _points_at(scene, chosen, value, m) if chosen[LEFT] != NONE else (0.0, 0.0, 0.0, 0.0)
@@ -140,7 +140,7 @@ def facing(lights, gradient, m, toward_eye):
     return -1 if lights.two_sided and behind else 1
 
 
-@compiled
+@inlined
 def lit(lights, color, extinction, gradient, m, side, toward_eye, position, panel):
     """Return the emission of a medium under all lights; the straight colour if the extinction is 1.
 

@@ -72,7 +72,9 @@ def _tracer(sources):
     ):
         """Write light and, in the last channel, optical depth of rays to `picture`; `rays` as `world_rays` has them."""
         sources  # noqa: B018 - see compiled_and_cached
-        volume = uncounted((values, gradients, referenced(scene), preclassified, rounding, referenced(workspace)))
+        volume = uncounted(
+            (values, referenced(gradients), referenced(scene), preclassified, rounding, referenced(workspace))
+        )
         starts, steps, ends, picture = uncounted(starts), uncounted(steps), uncounted(ends), uncounted(picture)
         for row in range(picture.shape[0]):
             for column in range(picture.shape[1]):
