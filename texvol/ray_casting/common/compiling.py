@@ -24,7 +24,8 @@ ZERO = np.int64(0)  # for the literal 0, a function would be compiled a second t
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy"}
 # numba makes two more functions of each: one that Python calls, and one that C calls. With them, a small function takes
 # twice as long to compile.
-_NOT_FOR_PYTHON, _NOT_FOR_C = {"no_cpython_wrapper": True}, {"no_cfunc_wrapper": True}
+_NOT_FOR_PYTHON: dict[str, Any] = {"no_cpython_wrapper": True}
+_NOT_FOR_C: dict[str, Any] = {"no_cfunc_wrapper": True}
 
 
 class _Part(CPUDispatcher):
