@@ -19,7 +19,7 @@ from texvol.ray_casting.common.cells import (
     range_of,
     value_beside_gaps,
 )
-from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
+from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
@@ -38,7 +38,7 @@ from texvol.ray_casting.lit.shading import (
 )
 
 
-@compiled
+@inlined
 def load_cell(values, gradients, scene, cell, workspace):
     """Write the samples of a cell to `workspace`, edge samples repeated; return True if the cell may show anything."""
     low, high, steepest = inf, -inf, 0.0
@@ -100,7 +100,7 @@ def _may_show(scene, low, high, steepest):
     return False
 
 
-@compiled
+@inlined
 def cross_postclassified(scene, ray, workspace, entry, leave, here, length, rounding, depth, light):
     """Add a cell whose fields are interpolated, then classified and lit; return the optical depth behind it."""
     margin = lay_fields(workspace, entry, leave, rounding)
@@ -139,7 +139,7 @@ def lay_fields(workspace, entry, leave, rounding):
     return margin
 
 
-@compiled
+@inlined
 def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, light):
     """Add the part from `start` to `end`, inside one segment of the transfer function; return the depth behind it."""
     if not choose_between(scene, ray, workspace, start, end, margin):
@@ -167,7 +167,7 @@ def opaque_at(scene, ray, workspace, start, end, here, length):
     return shown(scene, ray, color, 1.0, gradient, m, workspace.chosen[FACING], here + t * length)
 
 
-@compiled
+@inlined
 def cross_preclassified(scene, ray, workspace, cell, entry, leave, here, length, rounding, depth, light):
     """Add a cell whose corners are classified and lit, then interpolated; return the optical depth behind it."""
     channels, opaque, seen = workspace.channels, False, False

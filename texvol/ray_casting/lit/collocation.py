@@ -139,7 +139,7 @@ def _high_and_low(values, length):
     return high, low
 
 
-@compiled
+@inlined
 def collocate(scene, ray, workspace, start, width, here, length, result):
     """Write optical depth and light (3) of an interval to `result`; return the normal's turn, see WIDEST_TURN."""
     for node in range(NODE_COUNT):
