@@ -11,7 +11,7 @@ from math import copysign, isfinite, isinf
 import numpy as np
 
 from texvol.ray_casting.common.bernstein import mix
-from texvol.ray_casting.common.compiling import compiled
+from texvol.ray_casting.common.compiling import compiled, inlined
 
 JUST_INSIDE = 1e-9  # fraction of a piece; stands for the limit from inside where weights vanish on the face itself
 LARGEST = float(np.finfo(np.float64).max)
@@ -27,7 +27,7 @@ def in_cell(start, step, s, i, j, k):
     )
 
 
-@compiled
+@inlined
 def load_corners(values, i, j, k, corners):
     """Write the samples of cell (i, j, k) to `corners`; edge samples are repeated beyond the edge."""
     nz, ny, nx = values.shape
@@ -47,7 +47,7 @@ def load_corners(values, i, j, k, corners):
         _load(values.float64, i, j, k, corners)
 
 
-@compiled
+@inlined
 def _load(values, i, j, k, corners):
     """Write eight samples to `corners`, by their two indices along each axis."""
     (i0, i1), (j0, j1), (k0, k1) = i, j, k

@@ -47,7 +47,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile `function` into its callers in LLVM: for functions that are called at each node of an interval."""
+    """Compile `function` into its callers in LLVM: for functions of a few nanoseconds, in each cell or node."""
     if config.DISABLE_JIT:  # type: ignore[attr-defined]
         return function
     options = {"nopython": True, "forceinline": True} | _OPTIONS | _NOT_FOR_PYTHON | _NOT_FOR_C
