@@ -54,7 +54,7 @@ class Coarseness:
 # From fine to coarse. A CPU needs as long for pixels as for samples; a graphics card needs hardly any time for pixels.
 ON_CPU = tuple(starmap(Coarseness, (
     (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.7), (1.5, 0.5), (2, 0.7), (2, 0.5), (2.5, 0.5), (3, 0.5), (4, 0.5), (4, 0.35),
-    (5, 0.35), (6, 0.35),
+    (5, 0.35), (6, 0.35), (7, 0.35),
 )))  # fmt: skip
 ON_CARD = tuple(starmap(Coarseness, ((1, 2), (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.5), (2, 0.5), (3, 0.5), (4, 0.35))))
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
