@@ -71,6 +71,26 @@ def test_passes_fill_the_picture_once() -> None:
     assert (counted == 1).all()
 
 
+def test_passes_are_foreseen_with_the_tiles_that_they_draw() -> None:
+    """Progress knows what is left, else it would stand near its end while few tiles are drawn with many slabs."""
+    off = 10 ** np.random.default_rng(5).uniform(-4, -2, (24, 40)) * np.linspace(0, 1, 40) ** 4
+    drawn, told = Drawn(off, 1.0), []
+    found(drawn, 1e-3, most_order=1.0, foreseen=lambda passes: told.append((len(drawn.calls), passes)))
+    assert [count for count, _ in told] == [0, *range(2, len(drawn.calls))]
+    assert [(3.0 / rate, share) for rate, share in told[0][1][:2]] == [
+        (thickness, 1.0) for thickness, _ in drawn.calls[:2]
+    ]
+    assert len(told) > 2
+    for count, passes in told[1:]:
+        thickness, regions = drawn.calls[count]
+        drawn_share = 1.0 if regions is None else sum(w * h for _, _, w, h in regions) / off.size  # type: ignore[attr-defined]
+        assert passes[0] == pytest.approx((3.0 / thickness, drawn_share))
+        shares = [share for _, share in passes]
+        assert shares == sorted(shares, reverse=True)
+        # Errors halve with the slabs: at the first look, as many passes are left as are drawn.
+        assert len(passes) == len(drawn.calls) - count
+
+
 def test_what_a_ray_of_few_finds_counts_in_its_tile() -> None:
     """Pictures that agree with each other say nothing of what all their slabs pass over."""
     few = np.zeros((3, 5))

@@ -90,7 +90,7 @@ def test_the_coarsest_picture_is_still_one() -> None:
     for _ in range(10):
         pace.learn(pace.choose(FULL), FULL, 100.0)
     assert pace.choose(FULL) == pace.ladder[-1]
-    assert pace.choose(FULL).size(FULL) == (133, 100)
+    assert pace.choose(FULL).size(FULL) == (114, 86)
     assert quality.Coarseness(8, 0.5).size((3, 1)) == (1, 1)
 
 

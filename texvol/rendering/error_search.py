@@ -128,7 +128,6 @@ class ErrorSearch:
         rate = few.begin.rate
         if rate < 1:
             return self._held_against_reference(scene, size, settings, wanted, few.begin)
-        progress.expect(lambda: forecast.of_refining(scene, size, settings, rate))
         return refined(
             lambda thickness, regions: self._draw(
                 scene, size, replace(settings, slab_thickness=thickness, regions=regions)
@@ -144,6 +143,7 @@ class ErrorSearch:
             ORDER if lonely else _MOST_ORDER[scene.classification],
             finest_rate(scene),
             LONELY if lonely else 0.0,
+            lambda passes: progress.expect(lambda: forecast.of_passes(scene, size, settings, passes)),
         )
 
     @contextmanager

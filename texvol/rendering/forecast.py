@@ -5,7 +5,7 @@ What counts is how the parts of the work compare, so that fractions of the forec
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,7 +31,12 @@ def of_drawing(scene: CompleteScene, size: Size, settings: Settings) -> float:
     """Return about how long a picture takes to be drawn, without its textures."""
     crossed = slabs_crossed_about(scene.box, scene.camera, settings.slab_thickness, size) * len(scene.volumes)
     lit_when_drawn = scene.lighting is not None and scene.classification in ("post", "integrated", "auto")
-    return crossed * (_OF_A_LIT_SLAB if lit_when_drawn else _OF_A_SLAB) + size[0] * size[1] * _OF_A_PIXEL + _LEAST
+    pixels = size[0] * size[1]
+    whole = crossed * (_OF_A_LIT_SLAB if lit_when_drawn else _OF_A_SLAB) + pixels * _OF_A_PIXEL
+    share = 1.0
+    if settings.regions is not None:
+        share = sum(width * height for _, _, width, height in settings.regions) / pixels
+    return share * whole + _LEAST
 
 
 def of_textures(scene: Scene) -> float:
@@ -81,13 +86,12 @@ def of_foreseeing(scene: CompleteScene, size: Size) -> float:
 
 def of_search(scene: CompleteScene, size: Size, settings: Settings, rate: float, reference: float) -> float:
     """Return about how long a search for an error takes that begins at these rates, with textures as they are."""
-    spacing = scene.smallest_spacing
-    rates = (rate, reference, 2 * reference)
-    return sum(of_drawing(scene, size, replace(settings, slab_thickness=spacing / each)) for each in rates)
+    return of_passes(scene, size, settings, [(each, 1.0) for each in (rate, reference, 2 * reference)])
 
 
-def of_refining(scene: CompleteScene, size: Size, settings: Settings, rate: float) -> float:
-    """Return about how long pictures take that end at this rate, each at twice the rate of the one before."""
+def of_passes(scene: CompleteScene, size: Size, settings: Settings, passes: Sequence[tuple[float, float]]) -> float:
+    """Return about how long pictures take, given the rate of each, and the share of the pixels that it draws."""
     spacing = scene.smallest_spacing
-    rates = (rate / 4, rate / 2, rate)
-    return sum(of_drawing(scene, size, replace(settings, slab_thickness=spacing / each)) for each in rates)
+    return sum(
+        share * of_drawing(scene, size, replace(settings, slab_thickness=spacing / rate)) for rate, share in passes
+    )

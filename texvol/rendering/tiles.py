@@ -21,12 +21,14 @@ from texvol.rendering.error_control import ORDER, SAFETY, Begin, Choice, Region
 
 DrawRegions = Callable[[float, "tuple[Region, ...] | None"], NDArray[np.float32]]
 Grid = NDArray[np.float64]
+Pass = tuple[float, float]  # a rate, and the share of the pixels that are drawn at it
 
 # The largest of many errors: 1.5 times that of `error_control` keeps it in 99 % of random scenes.
 _SAFETY = 1.5 * SAFETY
 _BESIDE = 0.75  # part of the error of the tiles beside a tile that its own may have, unseen
 LONELY = 0.25  # part of that of any tile, where the largest error may be that of one ray among thousands
 _MOSTLY = 0.75  # fraction of the tiles above which the whole picture is drawn
+_USUAL_SHARE = 0.25  # of the tiles that are drawn once more
 _COARSER = 16  # times the thickness that few pixels need: with that tiles begin
 
 
@@ -87,6 +89,7 @@ def refined(
     most_order: float,
     finest: float,
     share: float = 0.0,
+    foreseen: Callable[[list[Pass]], None] = lambda passes: None,
 ) -> Choice:
     """Halve the slabs of each tile until the error that coarser pictures show is at most `wanted`.
 
@@ -108,8 +111,11 @@ def refined(
         Largest rate.
     share : float
         Part of the largest error of all tiles that each may have, unseen.
+    foreseen : callable, optional
+        Is called with the passes that are likely to follow.
     """
     rate = min(max(2.0, 2 * begin.rate / _COARSER), finest)
+    foreseen([(rate / 2, 1.0), (rate, 1.0), *_doubled(rate, begin.rate)])
     coarser = draw(2 * spacing / rate, None)
     picture = draw(spacing / rate, None)
     before = last = tiles.largest(coarser, picture)
@@ -122,6 +128,7 @@ def refined(
         active &= errors > wanted
         if not active.any() or rate >= finest:
             break
+        foreseen(_left(errors / wanted, active, rate, finest))
         rate *= 2
         inside = tiles.pixels(active)
         regions = None if active.mean() > _MOSTLY else tiles.regions(active)
@@ -131,6 +138,22 @@ def refined(
     error = float(errors.max())
     passes = [(float(spacing / each), tiles.regions(rates == each)) for each in np.unique(rates)]
     return Choice(spacing / rate, error, error <= wanted, picture, Begin(rate, begin.reference), tuple(passes))
+
+
+def _doubled(rate: float, last: float) -> list[Pass]:
+    """Return the passes after one at a rate, up to the last rate, as long as nothing is known of the tiles."""
+    return [(rate * 2**n, _USUAL_SHARE) for n in range(1, int(np.log2(max(last / rate, 1.0))) + 1)]
+
+
+def _left(excess: Grid, active: NDArray[np.bool_], rate: float, finest: float) -> list[Pass]:
+    """Return the passes after one at a rate, if each divides the errors of its tiles by 2.
+
+    `excess` are errors over what is wanted.
+    """
+    most = int(np.ceil(np.log2(finest / rate)))
+    halvings = np.clip(np.ceil(np.log2(excess[active])), 1, most)
+    shares = [float((halvings >= n).sum() / active.size) for n in range(1, int(halvings.max()) + 1)]
+    return [(rate * 2**n, 1.0 if share > _MOSTLY else share) for n, share in enumerate(shares, 1)]
 
 
 def spread(errors: Grid) -> Grid:
