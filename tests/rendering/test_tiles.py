@@ -91,6 +91,14 @@ def test_passes_are_foreseen_with_the_tiles_that_they_draw() -> None:
         assert len(passes) == len(drawn.calls) - count
 
 
+@pytest.mark.parametrize("wanted", [0.0, -1e-3])
+def test_an_error_that_nothing_is_left_of_is_looked_for_to_the_finest_rate(wanted: float) -> None:
+    told: list[list[tuple[float, float]]] = []
+    choice = found(Drawn(np.full((24, 40), 1e-2), 1.0), wanted, foreseen=told.append)
+    assert not choice.reached and choice.slab_thickness == 3.0 / 64
+    assert told[1] == [(4.0 * 2**n, 1.0) for n in range(len(told[1]))] and told[1][-1][0] == 64.0
+
+
 def test_what_a_ray_of_few_finds_counts_in_its_tile() -> None:
     """Pictures that agree with each other say nothing of what all their slabs pass over."""
     few = np.zeros((3, 5))

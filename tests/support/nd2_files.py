@@ -22,7 +22,7 @@ _TIME, _POSITION, _STACK, _CUSTOM = 1, 2, 4, 7  # kinds of loops
 
 
 class Told(NamedTuple):
-    """What a file says of its pixels: steps in micrometres, channels, the way of the stack, how frames are kept."""
+    """Metadata that a file is written with; steps are micrometres along x, y and z."""
 
     steps: tuple[float, float, float] = (2.0, 2.0, 4.0)
     calibrated: bool = True

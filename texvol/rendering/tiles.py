@@ -128,7 +128,7 @@ def refined(
         active &= errors > wanted
         if not active.any() or rate >= finest:
             break
-        foreseen(_left(errors / wanted, active, rate, finest))
+        foreseen(_left(errors, wanted, active, rate, finest))
         rate *= 2
         inside = tiles.pixels(active)
         regions = None if active.mean() > _MOSTLY else tiles.regions(active)
@@ -145,15 +145,13 @@ def _doubled(rate: float, last: float) -> list[Pass]:
     return [(rate * 2**n, _USUAL_SHARE) for n in range(1, int(np.log2(max(last / rate, 1.0))) + 1)]
 
 
-def _left(excess: Grid, active: NDArray[np.bool_], rate: float, finest: float) -> list[Pass]:
-    """Return the passes after one at a rate, if each divides the errors of its tiles by 2.
-
-    `excess` are errors over what is wanted.
-    """
-    most = int(np.ceil(np.log2(finest / rate)))
-    halvings = np.clip(np.ceil(np.log2(excess[active])), 1, most)
-    shares = [float((halvings >= n).sum() / active.size) for n in range(1, int(halvings.max()) + 1)]
-    return [(rate * 2**n, 1.0 if share > _MOSTLY else share) for n, share in enumerate(shares, 1)]
+def _left(errors: Grid, wanted: float, active: NDArray[np.bool_], rate: float, finest: float) -> list[Pass]:
+    """Return the passes after one at a rate, if each divides the errors of its tiles by 2."""
+    passes: list[Pass] = []
+    while rate < finest and (share := float((active & (errors > wanted)).mean())):
+        rate, wanted = 2 * rate, 2 * wanted
+        passes.append((rate, 1.0 if share > _MOSTLY else share))
+    return passes
 
 
 def spread(errors: Grid) -> Grid:
