@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.pairs import each_classification_in_a_projection
 from support.planted import slabs_per_blend
+from support.quick_stats import quick_stats
 from support.scenes import BONE, FOG, constant, inside, path_lengths, random_volume, smooth_volume
 
 import texvol
 from texvol.rendering.renderer import Renderer
+from texvol.scene.added_volume import AddedVolume
 from texvol.scene.camera import Camera, Projection
 from texvol.scene.scene import Classification, Scene
 from texvol.scene.transfer import TransferFunction
@@ -332,3 +335,22 @@ def test_asking_for_stats_leaves_the_texture_where_it_is(renderer: Renderer, cla
     assert renderer.stats["estimated_error"] > 0
     np.testing.assert_array_equal(renderer.render(scene, SIZE), first)
     assert "upload" not in renderer.stats["seconds"]
+
+
+@pytest.mark.parametrize("together", [False, True])
+def test_slabs_of_a_large_picture_are_counted_on_a_sixteenth_of_its_rays(
+    together: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(smooth_volume(40), BONE, classification="post")
+    if together:
+        scene = replace(scene, added=(AddedVolume(scene.volume, scene.transfer_function),))
+    found = []
+    with Renderer() as renderer:
+        for most in (1 << 16, 1 << 20):
+            monkeypatch.setattr("texvol.rendering.stats._MOST_COUNTED", most)
+            renderer.render(scene, (320, 300), early_termination=0.25)
+            found.append(quick_stats(renderer, samples=True))
+    few, all_of_them = found
+    assert few["samples"] == pytest.approx(all_of_them["samples"], rel=0.01)
+    assert few["samples_total"] == pytest.approx(all_of_them["samples_total"], rel=0.01 if together else 0)
+    assert few["samples"] < few["samples_total"]

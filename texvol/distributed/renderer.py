@@ -205,7 +205,7 @@ class DistributedPictures:
         }
 
     @contextmanager
-    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+    def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
         """Keep what is told of the last picture while others are drawn."""
         told = self._told, self.bricks_drawn, self.lost_digits, self._rounding
         yield

@@ -90,9 +90,11 @@ class DefaultRate:
 
         Two more tell what is by shadows.
 
-        `seconds` is what the picture took. Texels of `slab` are baked for the slabs, and parts of a store for a size.
+        `seconds` is what the picture took. Texels of `slab` are baked for the slabs, but for labels, which are kept as
+        they are; parts of a store are read for a size.
         """
-        made_anew = scene.classification == "slab" or isinstance(scene.volume, LargeVolume)
+        baked_for_slabs = scene.classification == "slab" and not scene.volume.nearest
+        made_anew = baked_for_slabs or isinstance(scene.volume, LargeVolume)
         if self.estimate is None and made_anew and seconds > _PATIENCE:
             return None
         small = _small(size)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +13,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering import error_control
 from texvol.rendering.error_control import smaller
+from texvol.rendering.gradient_rounding import gradient_rounding
 from texvol.rendering.model_error import has_model, model_error, thickness_of_media
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.settings import Settings
@@ -45,7 +48,8 @@ class OwnTexels:
     Attributes
     ----------
     hidden : {"nothing", "gradients", "values"}
-        Part of the texels whose rounding may make two such pictures wrong alike; a picture of other texels shows it.
+        Part of the texels whose rounding may make two such pictures wrong alike. What it does is estimated of gradients
+        from samples, see `gradient_rounding`, and else shown by a picture of other texels.
     by_slabs : float, optional
         Error by the thickness of the slabs, if the choice of the default rate has found it by two of them.
     """
@@ -81,13 +85,17 @@ def estimates(
         If a small picture needs larger margins around bricks than there is memory for.
     """
     scene, unrefined = scenes
-    small, exactly = smaller(size), _once_each(exactly)
-    shared = thickness_of_media(unrefined) if has_model(scene) else 0.0
+    small, shared = smaller(size), thickness_of_media(unrefined) if has_model(scene) else 0.0
+    by_gradients = gradient_rounding(scene) if own.hidden == "gradients" else None
+    shows_all = own.hidden == "nothing" or by_gradients is not None  # what pictures of the own texels can show
     by_slabs = None if own.hidden == "values" else own.by_slabs
-    compared = replace(settings.exact, texture_format=settings.texture_format) if by_slabs is not None else settings
-    is_plain = known.error is not None or (by_slabs is not None and own.hidden == "nothing")
-    picture = None if is_plain else draw(scene, small, compared)
-    with pictures.set_aside(None if scene.added else _REFERENCE_BYTES):
+    picture = None
+    if known.error is None and not (shows_all and by_slabs is not None):
+        picture = draw(scene, small, settings if by_slabs is None else _exact_in_own_texels(settings))
+    of_own = partial(_drawn_in_own_texels, draw)
+    exactly = _once_each(of_own if shows_all else exactly)
+    most_bytes = None if scene.added else _REFERENCE_BYTES
+    with pictures.set_aside(most_bytes, exact_gradients=not shows_all):
         of_model = model_error(scene, unrefined, small, settings, exactly)
         of_shadows = known.of_shadows
         if of_shadows is None:
@@ -100,7 +108,19 @@ def estimates(
         elif picture is not None:
             by_slabs = _by_finer(scene, picture, settings, exactly, shared)
     assert by_slabs is not None
-    return known._replace(error=by_slabs + pictures.rounding(scene) + of_shadows)
+    by_texels = math.hypot(by_slabs, by_gradients or 0.0)  # slabs and rounding know nothing of each other
+    return known._replace(error=by_texels + pictures.rounding(scene) + of_shadows)
+
+
+def _exact_in_own_texels(settings: Settings) -> Settings:
+    """Return the settings of a reference in the texels of the picture itself."""
+    return replace(settings.exact, texture_format=settings.texture_format)
+
+
+def _drawn_in_own_texels(
+    draw: Draw, scene: CompleteScene, size: tuple[int, int], settings: Settings
+) -> NDArray[np.float32]:
+    return draw(scene, size, _exact_in_own_texels(settings))
 
 
 def _by_finer(

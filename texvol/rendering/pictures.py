@@ -65,7 +65,7 @@ class Pictures(Protocol):
     def described(self, scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
         """Return the entries of `--stats` that say what was drawn."""
 
-    def set_aside(self, most_bytes: int | None) -> Any:
+    def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Any:
         """Keep the last picture's textures while other pictures are drawn inside the context."""
 
     def release(self) -> None:
@@ -139,11 +139,11 @@ class PicturesInMemory:
         return described(self._context, self.cache, scene, size, settings)
 
     @contextmanager
-    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+    def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
         """Keep the last picture's textures, see `VolumeCache.set_aside`."""
         with ExitStack() as aside:
             for medium in self.cache.volumes:
-                aside.enter_context(medium.set_aside(most_bytes))
+                aside.enter_context(medium.set_aside(most_bytes, exact_gradients))
             yield
 
     def release(self) -> None:

@@ -6,8 +6,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from texvol.opengl.contexts import Context
-from texvol.rendering.error_control import Passes
+from texvol.rendering.error_control import Passes, smaller
 from texvol.rendering.modelled import modelled
 from texvol.rendering.scene_cache import SceneCache
 from texvol.rendering.settings import Settings
@@ -17,6 +19,7 @@ from texvol.scene.scene import CompleteScene
 from texvol.slicing.slabs import slab_stacks, slabs_crossed
 
 Size = tuple[int, int]
+_MOST_COUNTED = 1 << 16  # rays on which slabs are counted one by one
 
 
 def described(
@@ -66,9 +69,12 @@ def sampled_slabs(
 ) -> dict[str, Any]:
     """Count the sampled slabs by drawing once more with `count`, and the slabs that the rays cross in the box.
 
-    Those that the rays cross are of the thinnest slabs, if the picture has several passes. `tiles` says then how many
-    pixels are drawn with slabs of which thickness.
+    Of a large picture those of a sixteenth of the rays stand for all. Those that the rays cross are of the thinnest
+    slabs, if the picture has several passes, which are drawn whole. `tiles` says then how many pixels are drawn with
+    slabs of which thickness.
     """
+    if len(passes) == 1 and count is not None and size[0] * size[1] > _MOST_COUNTED:
+        return _scaled(sampled_slabs(count, scene, smaller(size), settings, passes), scene, size, settings)
     each = [replace(settings, slab_thickness=thickness, regions=regions) for thickness, regions in passes]
     drawn: int | None
     if count is None:
@@ -80,6 +86,15 @@ def sampled_slabs(
         every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
         drawn = every if scene.mode in NUMBER_MODES else sum(count(scene, size, one) for one in each)
     return {"samples": drawn, "samples_total": every} | ({"tiles": _tiles(passes)} if len(passes) > 1 else {})
+
+
+def _scaled(few: dict[str, Any], scene: CompleteScene, size: Size, settings: Settings) -> dict[str, Any]:
+    """Return the counts of a picture, given those of a small one of the same view."""
+    pixels = size[0] * size[1] / np.prod(smaller(size))
+    if scene.added:
+        return {name: round(count * pixels) for name, count in few.items()}
+    every = slabs_crossed(scene.volume, scene.camera, settings.slab_thickness, size)
+    return {"samples": round(few["samples"] / max(few["samples_total"], 1) * every), "samples_total": every}
 
 
 def _tiles(passes: Passes) -> list[dict[str, float]]:

@@ -116,13 +116,14 @@ class VolumeCache:
         return coarser.halvings(volume, self.baked.volume) if self.baked else [0, 0, 0]
 
     @contextmanager
-    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+    def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
         """Keep the last picture's textures while other pictures are drawn inside the context.
 
-        Textures of exact values serve every thickness. Other texels are drawn from temporary textures, in bricks of at
-        least an eighth of the volume within `most_bytes`, if that is given.
+        Textures of exact values serve every thickness, with their gradients unless these must be exact. Other texels
+        are drawn from temporary textures, in bricks of at least an eighth of the volume within `most_bytes`, if that is
+        given.
         """
-        if self.baked is None or (self._source is None and _has_exact_values(self.baked)):
+        if self.baked is None or (self._source is None and _has_exact_values(self.baked, exact_gradients)):
             yield
             return
         kept, budget = (self.textures, self.baked, self._recipe, self.empty_space, self._source), self._budget
@@ -169,7 +170,8 @@ class VolumeCache:
     def hidden_rounding(self) -> Rounded:
         """Part of the texels whose rounding may make two pictures of them wrong alike."""
         baked = self.baked
-        if not isinstance(baked, ValueTexture) or not baked.storage.vouches_for_itself(baked.volume):
+        is_halved = self._source is not None
+        if is_halved or not isinstance(baked, ValueTexture) or not baked.storage.vouches_for_itself(baked.volume):
             return "values"
         return "gradients" if baked.estimator is not None and baked.texel_format == "rgba16" else "nothing"
 
@@ -201,8 +203,8 @@ def _texels(scene: CompleteScene, settings: Settings, texture_format: str) -> tu
     return (scene.volume, scene.mask, *gradient)
 
 
-def _has_exact_values(baked: BakedTexture) -> bool:
+def _has_exact_values(baked: BakedTexture, exact_gradients: bool) -> bool:
     if not isinstance(baked, ValueTexture):
         return False
     vouches = baked.storage.vouches_for_itself(baked.volume)
-    return baked.volume.nearest or (baked.estimator is None and baked.steps is None and vouches)
+    return baked.volume.nearest or (not (baked.estimator and exact_gradients) and baked.steps is None and vouches)

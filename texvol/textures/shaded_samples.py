@@ -30,12 +30,13 @@ _SQUARE = 1e-6
 
 
 def medium_of_samples(
-    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box
+    scene: CompleteScene, light_transmittance: LightTransmittance | None, box: Box, gradient_step: float = 0.0
 ) -> tuple[NDArray[np.intp], Classified]:
     """Return the flat indices of the samples of a box that show, ascending, and their lit emission and extinction.
 
     Emission, shape (n, 3), and extinction are per world unit; where the extinction is infinite the emission is the
     colour that shows. `light_transmittance` is what shadows leave of each light, see `texvol.opengl.shadows`.
+    Components of gradients are rounded to multiples of `gradient_step`, data units per smallest spacing, unless 0.
     """
     volume, transfer_function = scene.volume, scene.medium
     values = volume.values[box]
@@ -48,6 +49,8 @@ def medium_of_samples(
     if not (scene.lighting or transfer_function.needs_gradient):
         return shows, _there(scene, transfer_function.classify(values.reshape(-1)[shows]), box, shows)
     slopes, index = _slopes_at(scene, box, is_shown)
+    if gradient_step:
+        slopes = np.rint(slopes / gradient_step) * gradient_step
     normals, magnitudes = _directions(slopes, volume.smallest_spacing)
     shown = values.reshape(-1)[shows]
     medium = transfer_function.classify(shown, magnitudes if transfer_function.needs_gradient else None)

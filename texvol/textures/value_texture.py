@@ -319,6 +319,11 @@ def known_largest_component(volume: Volume, estimator: Estimator) -> float:
     return known[estimator]
 
 
+def gradient_step(volume: Volume, estimator: Estimator) -> float:
+    """Distance of the components that gradients of 16 bits can have, data units per smallest spacing."""
+    return (known_largest_component(volume, estimator) or 1.0) / _NO_GRADIENT
+
+
 def span_in_16_bits(volume: Volume) -> float | None:
     """The range of values of more than 16 bits that could be stored in those; None where there is none."""
     if volume.dtype.itemsize <= 2 or volume.has_missing or volume.value_range != volume.finite_range:

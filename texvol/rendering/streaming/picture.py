@@ -96,7 +96,7 @@ class StreamedPictures:
         return "values"
 
     @contextmanager
-    def set_aside(self, most_bytes: int | None) -> Iterator[None]:
+    def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
         """Do nothing: parts of other texels take the place of parts as room is needed."""
         drawn, bricks_drawn = self.drawn, self.bricks_drawn
         yield

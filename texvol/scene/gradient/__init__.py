@@ -117,7 +117,7 @@ class _Field:
 
     def __init__(self, volume: Volume, estimator: Estimator) -> None:
         # Numbers of labels have no slope: what has a surface is all that is something.
-        self._values = (volume.values != 0).view(np.uint8) if volume.labels else volume.values
+        self._values, self._labels = volume.values, volume.labels
         self._estimator = estimator
         self.reach = estimator.reach
         self.dtype = _work_type(volume)
@@ -130,12 +130,14 @@ class _Field:
         # A power of two, so that no digit changes.
         exponent = math.ceil(math.log2(np.abs(matrix).max()))
         self._index_from_world = np.ldexp(matrix, -exponent)
-        self._noise = Noise.of(self._values, self._scale) if estimator.kind == "adaptive" else NO_NOISE
+        self._noise = NO_NOISE
+        if estimator.kind == "adaptive":
+            self._noise = Noise.of(volume.values != 0 if volume.labels else volume.values, self._scale)
         self._unit = min(math.ldexp(1 / self._scale, min(exponent, 1000)), largest)
 
     def estimate(self, box: tuple[_Interval, ...], out: NDArray) -> None:
         """Write the gradients of a box of samples to `out`, shape (nz, ny, nx, 3)."""
-        block = Neighbourhood.of(self._values, box, self.reach, self.dtype, self._scale)
+        block = Neighbourhood.of(self._values, box, self.reach, self.dtype, self._scale, self._labels)
         found: dict[str, Callable[[Neighbourhood], list[NDArray]]] = {
             "central": central,
             "zucker-hummel": zucker_hummel,

@@ -22,9 +22,18 @@ class Neighbourhood:
 
     @classmethod
     def of(
-        cls, samples: NDArray, box: tuple[tuple[int, int], ...], reach: int, dtype: np.dtype, scale: float
+        cls,
+        samples: NDArray,
+        box: tuple[tuple[int, int], ...],
+        reach: int,
+        dtype: np.dtype,
+        scale: float,
+        labels: bool = False,
     ) -> Neighbourhood:
-        """Read a box, given as first sample and one past the last along z, y, x, and multiply it with `scale`."""
+        """Read a box, given as first sample and one past the last along z, y, x, and multiply it with `scale`.
+
+        Of `labels` it is 1 where there is one, and 0 where there is none.
+        """
         starts = tuple(start for start, _ in box)
         counts = samples.shape
         ends = [
@@ -35,6 +44,8 @@ class Neighbourhood:
         )
         shape = tuple(stop - start + 2 * reach for start, stop in box)
         read = samples[tuple(slice(low, high) for low, high in ends)]
+        if labels:
+            read = read != 0
         values = np.empty(shape, dtype)
         values[inner] = read
         there = None
