@@ -245,7 +245,9 @@ def test_a_painter_that_was_killed_is_another_one_next_time(studio: Studio) -> N
     studio.painter._process.kill()
     (answer,) = studio.rest()
     assert answer.kind == "failed" and "ended unexpectedly" in answer.text
+    before = len(os.listdir("/proc/self/fd"))
     assert studio.pictures(kind="move", scene=SCENE, size=SIZE)
+    assert len(os.listdir("/proc/self/fd")) <= before, "nothing of the one before is held"
 
 
 def test_files_are_those_of_render(studio: Studio, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ does not depend on how many samples there are. Crop box, clip planes, masks and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -108,9 +108,10 @@ def content_of(scene: SceneParts) -> Content:
     return known[2]
 
 
-def forget_content(volume: Volume) -> None:
-    """Free what is kept of the content of scenes with this first volume: up to a million samples, some 40 MB."""
-    _KNOWN.pop(volume, None)
+def forget_content(volumes: Iterable[Volume]) -> None:
+    """Free what is kept of the content of scenes with these first volumes: of each up to a million samples, 40 MB."""
+    for volume in volumes:
+        _KNOWN.pop(volume, None)
 
 
 def _content(scene: SceneParts) -> Content:

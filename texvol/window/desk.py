@@ -346,10 +346,10 @@ class Desk:
     def _write_next(self) -> None:
         if self.writing is not None or not self.orders:
             return
-        if self.clerk is None or not self.clerk.alive:
-            self.clerk = self.make_painter()
-        clerk, self.job, self.writing = self.clerk, self.orders.pop(0), 0.0
-        self.attempt(lambda: clerk.ask(**self.job))
+        clerk = self.clerk = self.clerk or self.make_painter()
+        self.job, self.writing = self.orders.pop(0), 0.0
+        if not self.attempt(lambda: clerk.ask(**self.job)):  # it has ended, and cannot be started again
+            self.stop_writing()
 
     def stop_writing(self) -> None:
         """Cancel writing the file, and those that wait to be written."""

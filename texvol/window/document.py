@@ -327,14 +327,16 @@ class Document:
         """Redo one step, if there is one."""
         self._become(replace(self.history.redo().scene, camera=self.view.camera))
 
+    def rest(self) -> None:
+        """Free what can be computed again: another document is shown."""
+        forget_content(self.scene.volumes)
+
     def _become(self, scene: Scene) -> None:
         """Replace the scene, and frame it anew if its box has changed."""
         before, self.scene = self.scene, scene
         if self.history.now.measures != self.measures:
             self.show(annotation=replace(self.showing.annotation, measures=self.history.now.measures))
-        for volume in before.volumes:
-            if volume not in scene.volumes:  # the history holds many volumes
-                forget_content(volume)
+        forget_content(each for each in before.volumes if each not in scene.volumes)  # the history holds many
         if self._size and before.volumes != scene.volumes:
             one, other = (box.corners_from_centre + box.centre for box in (before.box, scene.box))
             if not np.array_equal(one, other):

@@ -23,6 +23,7 @@ class Replaced:
     def open(self, before: Document) -> None:
         """Note that a newly opened document replaces another one; documents that were undone stay before both."""
         before.history.end()
+        before.rest()
         self.past += [*self.future, before]
         self.future.clear()
 
@@ -31,6 +32,7 @@ class Replaced:
         source, target = (self.past, self.future) if back else (self.future, self.past)
         if not source:
             return None
+        now.rest()
         target.append(now)
         return source.pop()
 

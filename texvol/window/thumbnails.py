@@ -49,13 +49,18 @@ class Thumbnails:
             self.pictures[camera] = Thumbnail(_small(shown.pixels), next(self.versions), None)
 
     def step(self, document: Document | None, director: Director) -> None:
-        """Have the next picture drawn that is missing, or shows another scene, if the list of views is shown."""
+        """Drop the pictures of views that are gone; if the list of views is shown, have the next picture drawn.
+
+        That is one that is missing, or shows another scene.
+        """
         wanted, self.wanted = self.wanted, False
-        if document is None or not wanted:
+        if document is None or not (wanted or self.pictures):
             return
         cameras = {each.camera for each in document.tour.views}
-        for camera in [each for each in self.pictures if each not in cameras]:
+        for camera in self.pictures.keys() - cameras:  # also unseen: a picture holds the volumes of its scene
             del self.pictures[camera]
+        if not wanted:
+            return
         scene = document.scene
         missing = next((each for each in cameras if not self._is_of(each, scene)), None)
         if missing is None:
