@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -216,3 +217,27 @@ def test_the_window_reaches_the_picture() -> None:
     picture = np.zeros((SIZE[1], SIZE[0], 4), np.float32)
     shown = [annotate(picture, scene, SIZE, Annotation(legend=True), window=window) for window in ((0.5, 1), (50, 100))]
     assert (shown[0] != shown[1]).any()
+
+
+@pytest.mark.parametrize("size", [(200, 200), (320, 240), (400, 600), (1280, 720), (2160, 2160)])
+@pytest.mark.parametrize("name", ["", "pressure at the inlet (Pa)"])
+@pytest.mark.parametrize("with_opacity", [True, False])
+def test_numbers_at_the_ends_of_the_bar_keep_away_from_the_texts_above_and_below(
+    size: tuple[int, int], name: str, with_opacity: bool
+) -> None:
+    """Numbers 0.0 and 1.0 stand at the ends of the bar, and texts reach over and under them."""
+    scene = Scene(RAMP, STEP, classification="slab")
+    found = content_of(scene, name, None)
+    assert found.bar is not None
+    bar = found.bar if with_opacity else replace(found.bar, opacities=None)
+    sheet, view = blank(scene, size)
+    place_all(sheet, view, scene, Annotation(title="A title as long as the picture is wide, " * 2), None)
+    draw_legends(sheet, [replace(found, bar=bar, entries=(("a material with a long name", None),))])
+    texts = dict(zip(sheet.texts, sheet.written, strict=True))
+    assert {"0.0", "1.0"} <= set(texts), "both ends have a number"
+    for number in ("0.0", "1.0"):
+        around = texts[number].grown(0.3 * sheet.em)
+        assert not [text for text, rect in texts.items() if text != number and around.meets(rect)]
+        ends = texts[number]
+        around_all = [rect for rect in sheet.taken if rect.top <= ends.top and rect.bottom >= ends.bottom]
+        assert any(rect.left <= ends.left and rect.right >= ends.right for rect in around_all)

@@ -18,6 +18,7 @@ from texvol.annotation.view import View
 from texvol.scene import transfer
 from texvol.scene.added_volume import AddedVolume, common_box
 from texvol.scene.camera import Camera
+from texvol.scene.channel import Channel
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 
@@ -92,6 +93,16 @@ def test_channels_of_one_file_are_told_apart() -> None:
     two = [Volume(FIRST.values, name="a/cell.tif", source={"path": "a/cell.tif", "channel": c}) for c in (0, 1)]
     found = contents(Scene(two[0], FOG, added=(AddedVolume(two[1], FOG),), classification="slab"))
     assert [content.caption for content in found] == ["channel 0, cell.tif", "channel 1, cell.tif"]
+
+
+def test_channels_are_called_as_their_file_calls_them_and_the_first_as_the_others() -> None:
+    """A reader notes the number of the first channel only if it was asked for."""
+    made = [Volume(FIRST.values, name="a/cell.tif", source={"path": "a/cell.tif"}) for _ in range(3)]
+    for number, (volume, name) in enumerate(zip(made, ("DAPI", "", "actin"), strict=True)):
+        volume.channel = Channel(number, name)
+    further = tuple(AddedVolume(each, FOG) for each in made[1:])
+    found = contents(Scene(made[0], FOG, added=further, classification="slab"))
+    assert [content.caption for content in found] == ["DAPI, cell.tif", "channel 1, cell.tif", "actin, cell.tif"]
 
 
 def test_a_file_whose_name_the_font_lacks_is_counted() -> None:

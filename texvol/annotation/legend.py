@@ -39,6 +39,8 @@ class _Legend:
     entries: tuple[tuple[str, Numbers | None], ...]
     plot: int  # width of the opacities, 0 without them
     height: int  # of the bar
+    above: int  # between the captions and the bar, for a number at its upper end
+    below: int  # between the bar and the names, for a number at its lower end and the texts of the opacities
     width: int
     total: int  # height of all parts
 
@@ -114,20 +116,28 @@ def _laid_out(sheet: Sheet, content: Content, height: int, with_opacity: bool, w
     widths = [sheet.text_size(name, _SCALE)[0] + (_LINE * em if color is not None else 0) for name, color in entries]
     widths.append(sheet.text_size(content.caption, _SCALE)[0])
     numbers: list[tuple[float, str]] = []
-    factor, plot, below = "", 0, 0
+    factor, plot, above, below = "", 0, 0, 0
     if bar is None:
         height = 0
     else:
         numbers, factor = _numbers(sheet, bar, height)
+        above, below = _beyond(numbers, height, _LINE * em)
         plot = round(_PLOT * em) if with_opacity and bar.opacities is not None else 0
         widest = max(sheet.text_size(text, _SCALE)[0] for _, text in numbers)
         widths.append(plot + round(_BAR * em) + (_TICK + _GAP) * em + widest)
         if plot:
             widths += [sheet.text_size(text, _SMALL)[0] for text in bar.opacity_of]
-            below = round((1 + len(bar.opacity_of)) * _LINE * em * _SMALL)
+            below = max(below, round((1 + len(bar.opacity_of)) * _LINE * em * _SMALL))
     captions = [text for text in (content.caption, factor) if text]
-    total = height + below + round(_LINE * em) * (len(captions) + len(entries))
-    return _Legend(bar, captions, numbers, entries, plot, height, int(np.ceil(max(widths))), total)
+    total = above + height + below + round(_LINE * em) * (len(captions) + len(entries))
+    return _Legend(bar, captions, numbers, entries, plot, height, above, below, int(np.ceil(max(widths))), total)
+
+
+def _beyond(numbers: Sequence[tuple[float, str]], height: int, line: float) -> tuple[int, int]:
+    """Return the pixels by which lines of numbers reach beyond the upper and the lower end of a bar."""
+    fractions = [fraction for fraction, _ in numbers]
+    above, below = (round(max(line / 2 - each * height, 0)) for each in (1 - max(fractions), min(fractions)))
+    return above, below
 
 
 def _draw(sheet: Sheet, legend: _Legend, left: int, top: int) -> None:
@@ -136,15 +146,15 @@ def _draw(sheet: Sheet, legend: _Legend, left: int, top: int) -> None:
         _write(sheet, text, left, y + _LINE * em / 2, _SCALE)
         y += round(_LINE * em)
     if legend.bar is not None:
-        _draw_bar(sheet, legend.bar, legend, left, y)
-        y += legend.height
+        _draw_bar(sheet, legend.bar, legend, left, y + legend.above)
+        y += legend.above + legend.height
         if legend.plot:
             step = _LINE * em * _SMALL
             _write(sheet, "1", left, y + step / 2 + em * 0.1, _SMALL)
             sheet.text("0", (left + legend.plot, y + step / 2 + em * 0.1), _SMALL)
             for number, text in enumerate(legend.bar.opacity_of):
                 _write(sheet, text, left, y + (1.5 + number) * step, _SMALL)
-            y += round((1 + len(legend.bar.opacity_of)) * step)
+        y += legend.below
     for name, color in legend.entries:
         middle = y + _LINE * em / 2
         if color is not None:

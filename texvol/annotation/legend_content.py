@@ -12,6 +12,7 @@ from texvol.annotation import rounding
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.marks import Numbers
 from texvol.scene.air import HOUNSFIELD
+from texvol.scene.channel import called as channel_called
 from texvol.scene.display import Window, found_window, grey, isosurface_looks, number_colors, straight_colors
 from texvol.scene.label_counts import label_counts
 from texvol.scene.label_names import names_of
@@ -23,7 +24,7 @@ from texvol.util.errors import InputError
 
 _MARGIN = 0.05  # of the range in which colours change, added at both ends
 _NEARLY_ALL = np.log(10)  # optical depth of opacity 0.9, which the densest medium reaches in the legend
-_CHOSEN = ("variable", "series", "channel", "time")  # options that tell volumes of one file apart
+_CHOSEN = ("variable", "series", "time")  # options that tell volumes of one file apart
 _NUMBERS = {"mip": "largest value", "minip": "least value", "average": "average value"}
 
 
@@ -105,9 +106,11 @@ def _is_drawn(letter: str, letters: Lettering) -> bool:
 
 
 def _name(volume: Volume, number: int, letters: Lettering) -> str:
-    """Return a volume's name: the options that choose it, and its file."""
+    """Return a volume's name: its channel, the options that choose it, and its file."""
+    channel = channel_called(volume.channel, volume.source.get("channel"))
     chosen = [f"{what} {volume.source[what]}" for what in _CHOSEN if what in volume.source]
-    name = ", ".join([*chosen, Path(volume.name).name])  # the file last, because long names are cut at the end
+    # The file comes last, because long names are cut at the end.
+    name = ", ".join([*filter(None, [channel]), *chosen, Path(volume.name).name])
     try:
         letters.check(name, "legend")
     except InputError:  # the font lacks a letter of the file's name

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from texvol.formats.readers import ARGUMENTS
+from texvol.scene.channel import called as channel_called
 from texvol.scene.volume import Volume
 
 _SAYS_WHICH = ("series", "image", "channel", "variable", "time", "level", "shape", "dtype", "labels", "blocks", "color")
@@ -28,13 +29,11 @@ def volume_called(volume: Volume, most: int = 0) -> str:
 
     A file name of more than `most` letters is shortened, unless `most` is 0.
     """
-    how, channel = how_read(volume.source), volume.channel
+    how = how_read(volume.source)
     name = os.path.basename(os.path.normpath(volume.name)) or volume.name
     name = shortened(name, most) if most else name
-    number = how.pop("channel", None if channel is None else channel.number)
-    if number is None:
-        return called(name, how)
-    return f"{channel.name if channel and channel.name else f'channel {number}'}, {called(name, how)}"
+    channel = channel_called(volume.channel, how.pop("channel", None))
+    return f"{channel}, {called(name, how)}" if channel else called(name, how)
 
 
 def shortened(text: str, most: int) -> str:
