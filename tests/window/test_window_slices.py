@@ -156,13 +156,25 @@ def test_another_volume_has_its_own_crosshair_and_the_same_samples_keep_theirs()
     moved = volume.moved([[1, 0, 0, 5], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
     layout.follow(Scene(moved, SOLID))
     assert layout.volume is moved and (layout.index == index).all() and layout.zoom == 2
-    # A volume that was there before, and is the first one now, has the crosshair at the same point of the world.
-    point, further = layout.crosshair, ramp(spacing=(2, 2, 2))
-    layout.follow(Scene(moved, SOLID, added=(AddedVolume(further, SOLID),)))
-    layout.follow(Scene(further, SOLID))
-    assert layout.crosshair == pytest.approx(point) and layout.zoom == 2 and layout.window != (3.0, 4.0)
+    layout.turn_to(document=moved, before=volume)  # any two objects
     layout.follow(Scene(ramp((5, 6, 7)), SOLID))
     assert layout.index.tolist() == [3, 2.5, 2] and layout.zoom == 1
+
+
+def test_the_first_volume_may_go_and_come_back_and_the_crosshair_stays_in_the_world() -> None:
+    """Unless the volume that is the first one then is elsewhere: a crosshair at its border would be of no use."""
+    first, layout = ramp(), Layout()
+    wide, away = ramp(spacing=(4, 4, 4)), ramp((5, 6, 7), origin=(900.0, 0.0, 0.0))
+    layout.follow(Scene(first, SOLID, added=(AddedVolume(wide, SOLID), AddedVolume(away, SOLID))))
+    layout.step("coronal", 5)
+    layout.window, layout.zoom, layout.middle = (3.0, 4.0), 2.0, layout.crosshair
+    point = layout.crosshair
+    layout.follow(Scene(wide, SOLID))
+    assert layout.crosshair == pytest.approx(point) and layout.zoom == 2 and layout.window != (3.0, 4.0)
+    layout.follow(Scene(first, SOLID))  # it was hidden, no volume of the scene meanwhile
+    assert layout.crosshair == pytest.approx(point) and layout.zoom == 2 and layout.window == (3.0, 4.0)
+    layout.follow(Scene(away, SOLID))
+    assert layout.index.tolist() == [3, 2.5, 2] and layout.zoom == 1 and layout.middle is None
 
 
 def colors_at(volume: Volume, colors: Colors, points: np.ndarray) -> np.ndarray:

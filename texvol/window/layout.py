@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
-from texvol.window.probe import Found
+from texvol.window.probe import Found, holds
 from texvol.window.slice_views import SliceView
 from texvol.window.slices import NAMES, Slice, slices_of, typical_window
 from texvol.window.steering import Viewport
@@ -28,7 +28,7 @@ _COLUMN = 0.3  # width of the column beside the large view, of the area's width
 _WIDEST = 1.3  # width of a view in the column, of its height
 _ZOOMS = 0.25, 64.0
 # What the slices of one document show.
-_OF_DOCUMENT = ("volumes", "volume", "slices", "index", "window", "zoom", "middle")
+_OF_DOCUMENT = ("volume", "slices", "index", "window", "zoom", "middle")
 
 
 @dataclass
@@ -49,8 +49,6 @@ class Layout:
         True if the 3D view shows the outlines of the slices; and the slices themselves.
     opacity : float
         Opacity of further volumes over the first one, from 0 to 1.
-    volumes : tuple of Volume
-        All volumes of the scene.
     volume : Volume, optional
         Volume that is sliced, the first of the scene; the next three belong to it.
     slices : dict
@@ -76,7 +74,6 @@ class Layout:
     planes: bool = True
     pictures: bool = False
     opacity: float = 0.5
-    volumes: tuple[Volume, ...] = ()
     volume: Volume | None = None
     slices: dict[str, Slice] = field(default_factory=dict)
     index: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
@@ -86,6 +83,7 @@ class Layout:
     hovered: Found | None = None
     views: dict[str, SliceView] = field(default_factory=dict)
     _looks: WeakKeyDictionary[Any, dict[str, Any]] = field(default_factory=WeakKeyDictionary)
+    _windows: WeakKeyDictionary[Volume, tuple[float, float]] = field(default_factory=WeakKeyDictionary)
 
     def arrange(self, area: Viewport, scale: float, has_scene: bool, foot: float = 0.0) -> Viewport:
         """Divide the area among the views; return the rectangle of the 3D view.
@@ -116,28 +114,33 @@ class Layout:
         return max(round(right), 1), max(round(down), 1)
 
     def turn_to(self, document: Any, before: Any) -> None:
-        """Remember what slices show of the document before; show what they showed of `document`, if it was shown."""
+        """Remember what slices show of the document before; show what they showed of `document`, if it was shown.
+
+        Otherwise slices begin anew.
+        """
         if before is not None:
             self._looks[before] = {name: getattr(self, name) for name in _OF_DOCUMENT}
+            self.volume = None
         for name, part in self._looks.get(document, {}).items():
             setattr(self, name, part)
 
     def follow(self, scene: Scene) -> None:
         """Take over the scene's first volume.
 
-        The crosshair stays on its sample if the samples are the same, and at its point of the world if the volume was
-        in the scene before.
+        The crosshair stays on its sample if the samples are the same, and at its point of the world if the volume has
+        one there; otherwise it begins in the middle. Each volume keeps its window of values.
         """
-        before, volume, known = self.volume, scene.volume, self.volumes
-        self.volumes = scene.volumes
+        before, volume = self.volume, scene.volume
         if volume is before:
             return
         point = None if before is None else self.crosshair
         self.volume, self.slices = volume, slices_of(volume)
-        if before is not None and before.values is volume.values:
-            return
-        self.window = typical_window(volume)
-        if point is not None and any(volume is each for each in known):
+        if before is not None:
+            if before.values is volume.values:
+                return
+            self._windows[before] = self.window
+        self.window = self._windows.get(volume) or typical_window(volume)
+        if point is not None and holds(volume, point):
             self.move_to(point)
         else:
             self.index = (np.array(volume.dimensions) - 1) / 2

@@ -19,7 +19,6 @@ def follow(desk: Desk) -> None:
     layout = desk.layout
     if layout.volume in found:  # slices stay where they are, with their window of values
         layout.volume = found[layout.volume]
-        layout.volumes = tuple(found.get(volume, volume) for volume in layout.volumes)
     for fault in times.faults:
         desk.say(fault, fault=True)
     times.faults.clear()

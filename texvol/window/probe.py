@@ -96,14 +96,19 @@ def at_point(scene: Scene, point: NDArray[np.float64]) -> Found:
     return Found(point, value, extinction, found)
 
 
+def holds(volume: Volume, point: NDArray[np.float64]) -> bool:
+    """True if a world point lies in the box of a volume."""
+    index = volume.index_from_world @ (point - volume.origin)
+    return bool(((index >= -0.5) & (index <= np.array(volume.dimensions) - 0.5)).all())
+
+
 def _sampled(volume: Volume, number: int, point: NDArray[np.float64]) -> Sampled:
     """Return what one volume has at a world point."""
     value = float(sampled(volume, point[np.newaxis])[0])
-    index = volume.index_from_world @ (point - volume.origin)
-    last = np.array(volume.dimensions) - 1
-    if not ((index >= -0.5) & (index <= last + 0.5)).all():
+    if not holds(volume, point):
         return Sampled(number, value)
-    x, y, z = (int(each) for each in np.rint(np.clip(index, 0, last)))
+    index = volume.index_from_world @ (point - volume.origin)
+    x, y, z = (int(each) for each in np.rint(np.clip(index, 0, np.array(volume.dimensions) - 1)))
     name = name_of(volume, value) if volume.labels else ""
     return Sampled(number, value, name, (x, y, z))
 
