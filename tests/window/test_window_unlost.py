@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 from typing import Any, cast
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
 
+from texvol.util.termination import Terminated
 from texvol.window import opening, own_files, recent, replaced, rescue
 from texvol.window.commands import is_command, run
 from texvol.window.desk import Desk
@@ -110,6 +112,58 @@ def test_enter_saves_all_scenes_and_closes() -> None:
     for name, color in (("one", "[1.0, 0.0, 0.0]"), ("two", "[0.0, 1.0, 0.0]")):
         text = Path(f"{name}-1.toml").read_text()
         assert f'"{name}.npy"' in text and f"background = {color}" in text
+
+
+def test_scenes_of_one_volume_are_told_apart_and_saved_in_files_of_their_own() -> None:
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    for color in (GREEN, BLUE):
+        done(desk, "open one.npy")
+        desk.change(background=color)
+    done(desk, "close")
+    notes = asked(desk, "3 scenes").notes
+    assert notes == ("one.npy → one-1.toml", "one.npy → one-2.toml", "one.npy (shown) → one-3.toml")
+    keyed(desk, "enter")
+    assert desk.wants_close
+    found = [desk_with(f"one-{number}.toml").document.scene.background for number in (1, 2, 3)]  # type: ignore[union-attr]
+    assert found == [RED, GREEN, BLUE]
+
+
+def test_volumes_whose_names_begin_alike_have_scenes_of_their_own(folder: Path) -> None:
+    (folder / "one.raw.npy").write_bytes((folder / "two.npy").read_bytes())
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    done(desk, "open one.raw.npy")
+    desk.change(background=GREEN)
+    done(desk, "close")
+    assert asked(desk, "2 scenes").notes == ("one.npy → one-1.toml", "one.raw.npy → one-2.toml")
+
+
+def test_of_two_changed_scenes_of_one_file_the_shown_one_keeps_it() -> None:
+    done(desk_with("one.npy"), "save kept.toml")
+    desk = desk_with("kept.toml")
+    desk.change(background=RED)
+    done(desk, "open kept.toml")
+    desk.change(background=GREEN)
+    done(desk, "close")
+    assert asked(desk, "2 scenes").notes == ("kept.toml → kept-1.toml", "kept.toml (shown) → kept.toml")
+    keyed(desk, "enter")
+    assert desk.wants_close and "[0.0, 1.0, 0.0]" in Path("kept.toml").read_text()
+    assert "[1.0, 0.0, 0.0]" in Path("kept-1.toml").read_text()
+
+
+def test_a_scene_does_not_replace_another_one_of_the_window_unasked() -> None:
+    done(desk_with("one.npy"), "save kept.toml")
+    desk = desk_with("kept.toml")
+    desk.change(background=RED)
+    done(desk, "open kept.toml")
+    desk.change(background=GREEN)
+    done(desk, "save", "back", "save")
+    question = asked(desk, "kept.toml holds another scene of this window")
+    assert question.words == ("write kept-1.toml", "replace them", CANCEL)
+    assert "This window has not written it." not in question.notes
+    keyed(desk, "enter")
+    assert "[0.0, 1.0, 0.0]" in Path("kept.toml").read_text() and "[1.0, 0.0, 0.0]" in Path("kept-1.toml").read_text()
 
 
 def test_a_scene_that_can_not_be_saved_keeps_the_window_open(folder: Path) -> None:
@@ -379,6 +433,40 @@ def test_an_error_of_the_window_leaves_unsaved_scenes_in_files(folder: Path) -> 
     assert ended.value.__notes__ == [f"texvol: the unsaved scene is in {path}, and among the recent files"]
     assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
     assert recent.files()[0].path == str(path)
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt(), Terminated(signal.SIGTERM), Terminated(signal.SIGHUP)])
+def test_a_window_that_is_ended_from_outside_leaves_unsaved_scenes_in_files(
+    folder: Path, end: BaseException, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A terminal that is closed, a session that ends: nobody can be asked."""
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    with pytest.raises(type(end)), rescue.rescuing(desk):
+        raise end
+    path = folder / "state/texvol/rescued/one-1.toml"
+    assert capsys.readouterr().err == f"texvol: the unsaved scene is in {path}, and among the recent files\n"
+    assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
+
+
+def test_two_windows_that_end_at_once_leave_their_scenes_in_files_of_their_own(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The other window takes the name just after this one has found it free."""
+    look, taken = own_files.unused, folder / "state/texvol/rescued/one-1.toml"
+
+    def interrupted(*how: Any) -> str:
+        found = look(*how)
+        if not taken.exists():
+            taken.write_text("# of the other window")
+        return found
+
+    monkeypatch.setattr(rescue, "unused", interrupted)
+    desk = desk_with("one.npy")
+    desk.change(background=RED)
+    (path,) = rescue.save(desk)
+    assert taken.read_text() == "# of the other window" and path == str(taken.with_name("one-2.toml"))
+    assert desk_with(path).document.scene.background == RED  # type: ignore[union-attr]
 
 
 def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -> None:

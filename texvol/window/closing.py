@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from texvol.window import exporting, saving
 from texvol.window.desk import Desk
 from texvol.window.document import Document
+from texvol.window.own_files import real
 from texvol.window.questions import Question
 
 
@@ -17,28 +18,45 @@ def close(desk: Desk) -> None:
     if not unsaved:
         _end_writing(desk)
         return
-    names = [each.name for each in unsaved]
-    count = f"{len(unsaved)} scenes have" if len(unsaved) > 1 else f"{names[0]} has"
-    what = f"save {len(unsaved)} scenes" if len(unsaved) > 1 else f"save {_file(unsaved[0])}"
+    files = _files(desk, unsaved)
+    count = f"{len(unsaved)} scenes have" if len(unsaved) > 1 else f"{unsaved[0].name} has"
+    what = f"save {len(unsaved)} scenes" if len(unsaved) > 1 else f"save {os.path.basename(files[0])}"
     answers = {
         f"{what} and close": lambda: save_all(desk, unsaved),
         "close without saving": lambda: _end_writing(desk, unsaved),
     }
-    notes = tuple(f"{each.name} → {_file(each)}" for each in unsaved) if len(unsaved) > 1 else ()
-    desk.ask(Question(f"{count} unsaved changes.", answers, notes))
+    desk.ask(Question(f"{count} unsaved changes.", answers, _notes(desk, unsaved, files) if len(unsaved) > 1 else ()))
 
 
-def _file(document: Document) -> str:
-    return os.path.basename(saving.scene_name(document))
+def _notes(desk: Desk, documents: Sequence[Document], files: Sequence[str]) -> tuple[str, ...]:
+    """Return a line for each scene with its name and its file; of scenes of one name, the shown one is marked."""
+    names = [each.name for each in documents]
+    shown = [each is desk.document and names.count(each.name) > 1 for each in documents]
+    parts = zip(names, shown, files, strict=True)
+    return tuple(f"{name}{' (shown)' * is_shown} → {os.path.basename(file)}" for name, is_shown, file in parts)
 
 
-def save_all(desk: Desk, documents: Sequence[Document]) -> None:
-    """Save scenes one after the other, then close the window; a scene that can't be saved keeps it open."""
+def _files(desk: Desk, documents: Sequence[Document], taken: Collection[str] = ()) -> list[str]:
+    """Return the files in which scenes will be saved, each another one; the shown scene keeps its own."""
+    shown, found = desk.document, list[str]()
+    own = {real(shown.origin.scene_file)} if shown is not None and shown.origin.scene_file else set()
+    for each in documents:
+        others = {*taken, *map(real, found), *(own if each is not shown else ())}
+        found.append(saving.scene_name(each, others))
+    return found
+
+
+def save_all(desk: Desk, documents: Sequence[Document], taken: Collection[str] = ()) -> None:
+    """Save scenes one after the other, then close the window; a scene that can't be saved keeps it open.
+
+    `taken` are the real paths of files in which others have just been saved.
+    """
     if not documents:
         _end_writing(desk)
         return
     first, *others = documents
-    exporting.scene(desk, first, then=lambda: save_all(desk, others))
+    (file,) = _files(desk, [first], taken)
+    exporting.scene(desk, first, file, then=lambda: save_all(desk, others, {*taken, real(file)}))
 
 
 def _end_writing(desk: Desk, abandoned: Sequence[Document] = ()) -> None:

@@ -131,7 +131,7 @@ def _copy_command(desk: Desk, document: Document, _: str) -> None:
         words = saving.command_line(document, desk.layout.alone(desk.pixels), desk.accuracy)
         desk.copy(shlex.join(words))
         assert document.written is not None
-        desk.own.wrote(saving.files_of(document.written.path, document))
+        exporting.wrote_scene(desk, document, document.written.path)
         desk.say(f"command line copied to the clipboard; its scene file is {words[words.index('--scene') + 1]}")
 
     desk.attempt(copy)

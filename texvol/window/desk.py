@@ -262,7 +262,7 @@ class Desk:
 
     def _take(self, name: str, document: Document) -> None:
         before = self.document
-        self.own.learn(document.marks)
+        self.own.learn(document.own.known)
         self._show(document)
         if before is not None:
             self.replaced.open(before)

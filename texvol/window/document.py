@@ -29,7 +29,7 @@ from texvol.util.errors import InputError
 from texvol.window.histogram import Histogram, histogram_of
 from texvol.window.jobs import Showing
 from texvol.window.navigation import View, has_time, on_content
-from texvol.window.own_files import Mark, marks_of_scene
+from texvol.window.own_files import OwnFiles, marks_of_scene
 from texvol.window.stand_in import in_memory, stand_in, with_stand_ins
 from texvol.window.stepped import Stepper
 from texvol.window.switched import NOTHING_OFF, Off
@@ -155,7 +155,7 @@ class Document:
         self._size = size
         self.view = View.of(scene.camera)
         self.history = History(State(scene, off, self.measures))
-        self.marks: dict[str, Mark | None] = {}  # of the scene's files, as they were read
+        self.own = OwnFiles()  # those in which the scene was read or saved
         self.scene = scene
         self._opened = scene, self.showing, off.volumes
         self._histograms: WeakKeyDictionary[Volume, Histogram] = WeakKeyDictionary()
@@ -369,7 +369,8 @@ def _opened(arguments: argparse.Namespace, size: tuple[int, int]) -> Document:
     showing = Showing(options.window, options.transparent, options.annotation)
     origin = Origin(options.volume, arguments.scene, options.transfer_function)
     document = Document(scene, origin, showing, size, off)
-    document.marks, document.kept_tour = marks, options.tour
+    document.own.learn(marks)
+    document.kept_tour = options.tour
     document.history.now = document.history.now._replace(tour=options.tour)
     if not options.chose_view:
         document.go_home(Home.of(document.view.camera, scene, size, options.annotation))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ def scene(
 
     def write(chosen: str) -> None:
         if desk.attempt(lambda: saving.save_scene(chosen, document, desk.layout.alone(desk.pixels))):
-            desk.own.wrote(saving.files_of(chosen, document))
+            wrote_scene(desk, document, chosen)
             document.origin = replace(document.origin, scene_file=chosen)
             desk.panel_state.pop("recent", None)
             if asks:  # else a script has saved it
@@ -36,9 +37,21 @@ def scene(
     if not desk.attempt(lambda: saving.check_writable(path)):
         return
     if asks:
-        guarded(desk, path, lambda each: saving.files_of(each, document), write)
+        guarded(desk, path, partial(saving.files_of, document=document), write, partial(_why, desk, document))
     else:
         write(path)
+
+
+def wrote_scene(desk: Desk, document: Document, path: str) -> None:
+    """Remember that a scene was written to a path."""
+    for own in (desk.own, document.own):
+        own.wrote(saving.files_of(path, document))
+
+
+def _why(desk: Desk, document: Document, path: str) -> str:
+    """Return why a scene must not overwrite a file unasked, as part of a sentence; "" if it may."""
+    why = document.own.foreign(path)
+    return "holds another scene of this window" if why and not desk.own.foreign(path) else why
 
 
 def picture(desk: Desk, document: Document, path: str = "", size: tuple[int, int] | None = None) -> None:
@@ -95,19 +108,26 @@ def _to_write(desk: Desk) -> set[str]:
     return {own_files.real(each) for job in jobs for each in own_files.written(job["path"], job.get("views"))}
 
 
-def guarded(desk: Desk, path: str, files: Callable[[str], Iterable[str]], write: Callable[[str], Any]) -> None:
+def guarded(
+    desk: Desk,
+    path: str,
+    files: Callable[[str], Iterable[str]],
+    write: Callable[[str], Any],
+    foreign: Callable[[str], str] | None = None,
+) -> None:
     """Call `write` with the path; if it would overwrite files of others, ask whether to write beside them instead.
 
-    The same holds for files that are still to be written.
+    The same holds for files that are still to be written. `foreign` is used in place of `OwnFiles.foreign` of the desk.
     """
+    foreign = foreign or desk.own.foreign
     taken, wanted = _to_write(desk), list(files(path))
     waiting = {each: "is still to be written" for each in wanted if own_files.real(each) in taken}
-    reasons = waiting or {each: why for each in wanted if (why := desk.own.foreign(each))}
+    reasons = waiting or {each: why for each in wanted if (why := foreign(each))}
     if not reasons:
         write(path)
         return
     (first, why), further = next(iter(reasons.items())), len(reasons) - 1
-    verb = "are" if waiting else "do" if why == "exists" else "have"
+    verb = "are" if waiting else "have" if why.startswith("has ") else "do"
     several = f", and {further} more {verb}" if further else ""
     other = own_files.unused(path, files, taken=taken)
     desk.ask(

@@ -1,5 +1,7 @@
 """Files that the window may overwrite: those that it has read as the scene or written, unless they have changed since.
 
+A scene may overwrite those in which it was itself read or saved.
+
 A file is known again by its number, size and time of change on the disk. Before any other file is overwritten, the user
 is asked.
 """
@@ -32,14 +34,14 @@ def mark_of(path: str) -> Mark | None:
 
 
 class OwnFiles:
-    """Files that the window has opened as scenes, or has written."""
+    """Files that the window, or one of its scenes, has read as a scene or has written."""
 
     def __init__(self) -> None:
-        self._known: dict[str, Mark | None] = {}
+        self.known: dict[str, Mark | None] = {}
 
     def learn(self, marks: Mapping[str, Mark | None]) -> None:
         """Remember files by the marks that they had when they were read."""
-        self._known.update({real(path): mark for path, mark in marks.items()})
+        self.known.update({real(path): mark for path, mark in marks.items()})
 
     def wrote(self, paths: Iterable[str]) -> None:
         """Remember files that have just been written."""
@@ -48,9 +50,9 @@ class OwnFiles:
     def foreign(self, path: str) -> str:
         """Return why a file must not be overwritten unasked, as part of a sentence; "" if it may be."""
         now, path = mark_of(path), real(path)
-        if now is None or self._known.get(path) == now:
+        if now is None or self.known.get(path) == now:
             return ""
-        return "has been changed by another program" if path in self._known else "exists"
+        return "has been changed by another program" if path in self.known else "exists"
 
 
 def real(path: str) -> str:

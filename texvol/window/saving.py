@@ -11,7 +11,7 @@ from texvol.util import writing
 from texvol.util.errors import InputError
 from texvol.window import volume_list
 from texvol.window.document import Document, Saved
-from texvol.window.own_files import unused
+from texvol.window.own_files import real, unused
 from texvol.window.scene_writing import scene_files, transfer_function_path
 
 # Without these options `texvol render` makes the same choices as the window.
@@ -27,7 +27,13 @@ def default_name(document: Document, suffix: str, taken: Collection[str] = ()) -
     `taken` are the real paths of files that are still to be written.
     """
     stem = Path(document.origin.volume).name.split(".")[0] or "scene"
-    return unused(stem + suffix, lambda name: files_of(name, document) if suffix == ".toml" else [name], taken=taken)
+    if suffix == ".toml":
+        return _unused_scene(stem + suffix, document, taken)
+    return unused(stem + suffix, lambda name: [name], taken=taken)
+
+
+def _unused_scene(path: str, document: Document, taken: Collection[str]) -> str:
+    return unused(path, lambda name: files_of(name, document), taken=taken)
 
 
 def files_of(path: str, document: Document) -> list[str]:
@@ -36,9 +42,15 @@ def files_of(path: str, document: Document) -> list[str]:
     return [path, *(str(transfer_function_path(Path(path), number)) for number in range(count))]
 
 
-def scene_name(document: Document) -> str:
-    """Return the default path of a saved scene: the file that the scene was opened from or last saved in."""
-    return document.origin.scene_file or default_name(document, ".toml")
+def scene_name(document: Document, taken: Collection[str] = ()) -> str:
+    """Return the default path of a saved scene: the file that the scene was opened from or last saved in.
+
+    If that is one of `taken`, the real paths of files of others, return an unused name.
+    """
+    own = document.origin.scene_file
+    if own is None:
+        return default_name(document, ".toml", taken)
+    return _unused_scene(own, document, taken) if real(own) in taken else own
 
 
 def check_writable(path: str) -> None:
