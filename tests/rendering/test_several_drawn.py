@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -261,8 +262,15 @@ def test_what_does_not_fit_is_refused_by_name() -> None:
     ):
         small.render(scene, SIZE, texture_format="rgba32f")
     many = replace(scene, added=tuple(AddedVolume(Volume(np.ones((2, 2, 2))), FOG) for _ in range(64)))
-    with Renderer() as renderer, pytest.raises(InputError, match=r"volumes need \d+ textures at once"):
-        renderer.render(many, SIZE)
+    with Renderer() as renderer:
+        with pytest.raises(InputError, match=r"^65 volumes are more than this driver draws at once: ") as refused:
+            renderer.render(many, SIZE)
+        found = re.search(r"enough for the first (\d+); hide or leave out others$", str(refused.value))
+        assert found is not None
+        room = int(found[1])
+        with pytest.raises(InputError, match=f"^{room + 1} volumes are more .* for the first {room};"):
+            renderer.render(replace(many, added=many.added[:room]), SIZE)
+        assert renderer.render(replace(many, added=many.added[: room - 1]), SIZE).any()
 
 
 @pytest.mark.parametrize(

@@ -118,6 +118,7 @@ class StillDirector:
         }
         self.shown = Shown(pixels, 1, "rest", metadata)
         self.faults: list[str] = []
+        self.why_not_final = ""
         self.pace, self.max_error, self.slicing = Pace(), 1 / 255, "stacks"
         self.accuracy = {"max_error": 1 / 255}
         self.pictures, self.refined, self.refining, self.at_rest = 1, 0.0, False, True

@@ -23,7 +23,7 @@ from texvol.scene.volume import Volume
 from texvol.window.desk import Desk
 from texvol.window.jobs import Answer
 from texvol.window.painter import Painter
-from texvol.window.panels import status
+from texvol.window.panels import overlay, status
 from texvol.window.transport import SharedArrays
 
 
@@ -154,6 +154,23 @@ def test_the_status_says_in_plain_words_how_far_it_is(
     director.shown = replace(director.shown, state="rest" if state == "before" else state)
     director.refining, director.refined, director.at_rest = refining, refined, state == "rest"
     assert status.state(desk) == words
+
+
+def test_why_there_is_no_final_picture_is_told_as_long_as_there_is_none(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    reason = "30 volumes are too many"
+    cast(Any, desk.director).why_not_final = reason
+    written: list[str] = []
+    monkeypatch.setattr(imgui, "text_unformatted", written.append)
+    with headless():
+        desk.messages.clear()
+        for _ in range(2):
+            imgui.new_frame()
+            overlay.messages(desk)
+            imgui.end_frame()
+            desk.say(reason, fault=True)
+    assert written == [reason] * 2 and status.state(desk) == "no final picture"
 
 
 def test_the_status_keeps_its_height(desk: Desk) -> None:

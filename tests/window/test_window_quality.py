@@ -256,6 +256,18 @@ def test_a_fault_is_said_once_and_the_last_picture_stays() -> None:
     assert not director.update(0.6)
     assert director.faults == ["no room for such a picture"]
     assert director.shown is not None and director.at_rest
+    assert director.why_not_final == "no room for such a picture", "it is told as long as the scene stays"
+    director.want(Wanted(replace(SCENE, background=(1.0, 0.0, 0.0)), FULL), now=0.7)
+    assert not director.why_not_final
+    director.update(0.7)
+    mover.waiting.append(Answer("failed", 2, text="no room for the quick one"))
+    mover.busy = False
+    director.update(0.8)
+    assert director.why_not_final == "no room for the quick one"
+    director.update(1.5)
+    refiner.answer()
+    director.update(1.6)
+    assert not director.why_not_final
 
 
 @pytest.mark.parametrize(

@@ -85,6 +85,23 @@ def test_every_volume_can_be_hidden_and_shown(folder: Path) -> None:
     assert document.scene.added == whole.added and len(document.history.past) == 2
 
 
+def test_one_volume_of_many_is_shown_alone_and_all_again(folder: Path) -> None:
+    desk = desk_with("lps.nrrd")
+    document = done(desk, "add ras.nrrd", "add ball.npy", "eye 1", "solo 2")
+    assert eyes(document) == [False, True, False]
+    done(desk, "solo 3")
+    assert eyes(document) == [False, False, True]
+    done(desk, "solo 3")
+    assert eyes(document) == [True, True, True]
+    done(desk, "undo", "undo", "undo")
+    assert eyes(document) == [False, True, True], "each is one step"
+    done(desk, "eye 1")
+    desk.change(mode="isosurface", isovalue=20.0, transfer_function=None, added=(), lighting=None)
+    desk.messages.clear()
+    done(desk, "solo 1")
+    assert not said(desk), "it is alone"
+
+
 def test_what_is_hidden_is_not_drawn_and_not_sent(folder: Path, renderer: Renderer) -> None:
     desk = desk_with("lps.nrrd")
     document = done(desk, "add ras.nrrd", "eye 1")

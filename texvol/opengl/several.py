@@ -39,22 +39,23 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     """
     if not stacks.first.size:
         return
-    units: dict[str, AnyTexture] = {}
+    units: dict[str, AnyTexture] = {**drawing.interval}
+    room = 0  # volumes, the first ones
     switches = switches_of(drawing, bricks)
     uniforms = picture_uniforms(drawing, stacks) | _block_uniforms(drawing)
     drawing = replace(drawing, block=None)  # of whole slabs, not of each volume
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
         units |= {f"{name}_{number}": texture for name, texture in drawn.samplers(brick).items()}
+        room += len(units) <= compositor.most_textures
         own = volume_uniforms(drawing, drawn, brick)
         if drawn.volume.nearest:
             own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
         own |= cell_uniforms(drawing, drawn, brick)
         uniforms |= {name if name in _OF_ALL else f"{name}_{number}": value for name, value in own.items()}
-    units |= drawing.interval
-    if len(units) > compositor.most_textures:
+    if room < len(drawing.volumes):
         raise InputError(
-            f"{len(drawing.volumes)} volumes need {len(units)} textures at once, and this driver has room for "
-            f"{compositor.most_textures}; hide or leave out some of them"
+            f"{len(drawing.volumes)} volumes are more than this driver draws at once: they need {len(units)} textures, "
+            f"and it has {compositor.most_textures}, enough for the first {room}; hide or leave out others"
         )
     blending = "add" if drawing.count else "under"
     compositor.draw_polygons("several", switches, stacks, units, uniforms, blending)

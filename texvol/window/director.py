@@ -65,6 +65,7 @@ class Director:
         self._moved = self._refined = 0  # newest version that was sent to each painter
         self.shown: Shown | None = None
         self.faults: list[str] = []
+        self._failed = (0, "")  # version of the wanted scene whose picture has failed, and why
         self.refined = 0.0  # fraction of the work of the picture at rest that is done
         self.pictures = 0  # number of pictures received
         self._aside: Callable[[NDArray], None] | None = None  # receiver of the mover's current picture, if asked aside
@@ -80,6 +81,12 @@ class Director:
         if self._wanted is None:
             return True
         return self.shown is not None and self.shown.state == "rest" and self.shown.version == self.version
+
+    @property
+    def why_not_final(self) -> str:
+        """Reason why there is no final picture of the wanted scene; "" if there is one, or may be."""
+        version, reason = self._failed
+        return reason if version == self.version else ""
 
     @property
     def refining(self) -> bool:
@@ -161,11 +168,11 @@ class Director:
         return False
 
     def _hear_mover(self, answer: Answer) -> bool:
-        if answer.kind == "failed":
-            self._fault(answer)
-            return False
         assert self._moving is not None
         version, coarseness, wanted = self._moving
+        if answer.kind == "failed":
+            self._fault(answer, version)
+            return False
         if answer.final:
             drawn = replace(coarseness, shrink=coarseness.shrink * answer.metadata.get("shrink", 1))
             self.pace.learn(drawn, wanted.size, answer.metadata["seconds"])
@@ -181,7 +188,7 @@ class Director:
 
     def _hear_refiner(self, answer: Answer) -> bool:
         if answer.kind == "failed":
-            self._fault(answer)
+            self._fault(answer, self._refined)
             if self.shown is not None:
                 self.shown = replace(self.shown, version=self.version, state="rest")
             return False
@@ -191,9 +198,11 @@ class Director:
         assert answer.pixels is not None
         self.pictures += 1
         state = "rest" if answer.final else "refining"
+        self._failed = (0, "")
         self.shown = Shown(answer.pixels, self._refined, state, answer.metadata, wanted=self._refining)
         return True
 
-    def _fault(self, answer: Answer) -> None:
+    def _fault(self, answer: Answer, version: int) -> None:
+        self._failed = version, answer.text
         if answer.text not in self.faults:
             self.faults.append(answer.text)

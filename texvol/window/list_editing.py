@@ -3,6 +3,7 @@
 Commands name a volume by its number in the list, from 1:
 
     eye 2                    hide it, or show it
+    solo 2                   show it alone; once more, show all
     remove 1                 take it out of the scene
     as-labels 2              take its values as labels, or as measured values
     opacity 2 0.5            half as dense as it was
@@ -45,6 +46,15 @@ def toggle(desk: Desk, document: Document, number: int) -> None:
     if entry.shown and document.scene.mode != "composite":
         raise InputError(f"a volume is hidden in mode composite only, got mode {document.scene.mode}")
     apply(desk, document, volume_list.with_entry(found, number, replace(entry, shown=not entry.shown)))
+
+
+def solo(desk: Desk, document: Document, number: int) -> None:
+    """Show a volume alone; if it is alone, show all."""
+    found = entries(document)
+    is_alone = [at for at, each in enumerate(found) if each.shown] == [number]
+    wanted = [replace(each, shown=is_alone or at == number) for at, each in enumerate(found)]
+    if wanted != found:
+        apply(desk, document, wanted)
 
 
 def remove(desk: Desk, document: Document, number: int) -> None:
@@ -136,6 +146,8 @@ def _run(desk: Desk, document: Document, name: str, number: int, words: str) -> 
     try:
         if name == "eye":
             toggle(desk, document, number)
+        elif name == "solo":
+            solo(desk, document, number)
         elif name == "remove":
             remove(desk, document, number)
         elif name == "as-labels":
@@ -152,4 +164,4 @@ def _run(desk: Desk, document: Document, name: str, number: int, words: str) -> 
         raise InputError(f"{name} {error}") from None
 
 
-COMMANDS = ("eye", "remove", "as-labels", "opacity", "color", "spacing", "transform")
+COMMANDS = ("eye", "solo", "remove", "as-labels", "opacity", "color", "spacing", "transform")

@@ -21,8 +21,11 @@ _MESSAGES = 3  # shown at once
 
 
 def messages(desk: Desk) -> None:
-    """Show recent messages, and what is being opened, in the upper left corner."""
-    lines = [(each.text, each.is_fault) for each in desk.messages[-_MESSAGES:]]
+    """Show recent messages, why there is no picture, and what is being opened, in the upper left corner."""
+    lasting = desk.director.why_not_final if desk.document is not None else ""
+    lines = [(each.text, each.is_fault) for each in desk.messages[-_MESSAGES:] if each.text != lasting]
+    if lasting:
+        lines.append((lasting, True))
     if desk.loading is not None:
         lines.append((f"opening {desk.loading.name} …", False))
     if not lines:

@@ -60,6 +60,8 @@ def show(desk: Desk) -> None:
 def state(desk: Desk) -> str:
     """Return in plain words how far the picture is."""
     director = desk.director
+    if desk.document is not None and director.why_not_final:
+        return "no final picture"
     if director.shown is None or desk.document is None:
         return ""
     if director.at_rest:

@@ -78,7 +78,10 @@ def _head(desk: Desk, document: Document, found: list[Entry], number: int, acts:
     imgui.begin_disabled(not composite and entry.shown)
     if icons.button("##eye", "eye" if entry.shown else "hidden", dim=not entry.shown):
         acts.append(lambda: list_editing.toggle(desk, document, number))
-    imgui.set_item_tooltip("hide this volume; it stays in the list" if entry.shown else "show this volume")
+    if imgui.is_item_clicked(1):
+        acts.append(lambda: list_editing.solo(desk, document, number))
+    more = "\nright click: this volume alone; once more, all volumes" if len(found) > 1 else ""
+    imgui.set_item_tooltip(f"{'hide this volume; it stays in the list' if entry.shown else 'show this volume'}{more}")
     imgui.end_disabled()
     imgui.same_line()
     if not volume.labels and volume.colors is None and composite and entry.owner.transfer_function is not None:
