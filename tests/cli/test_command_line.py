@@ -102,6 +102,19 @@ def test_device_options_reach_the_renderer(folder: Path) -> None:
         assert np.abs(pictures[name] - pictures["default"]).max() <= most
 
 
+def test_a_scene_file_may_stand_in_the_place_of_the_volume(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("scene.toml").write_text('volume = "v.npy"\ntf = "tf.json"\nsize = "20x10"\nclassification = "extinction"\n')
+    assert run("render", "scene.toml", "-o", "a.exr") == 0
+    assert run("render", "--scene", "scene.toml", "-o", "b.exr") == 0
+    np.testing.assert_array_equal(image.read("a.exr"), image.read("b.exr"))
+    assert run("raycast", "scene.toml", "-o", "a.exr") == 0
+    capsys.readouterr()
+    assert run("render", "scene.toml", "--scene", "scene.toml", "-o", "a.exr") == 2
+    assert "scene.toml: is a scene file, and --scene names one as well" in capsys.readouterr().err
+    assert run("info", "scene.toml") == 2
+    assert "scene.toml: has an unknown format" in capsys.readouterr().err
+
+
 def test_the_line_wins_over_the_scene_file(folder: Path) -> None:
     Path("sub").mkdir()
     Path("sub/scene.toml").write_text(

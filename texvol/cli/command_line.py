@@ -18,6 +18,7 @@ from typing import NoReturn
 import numpy as np
 
 from texvol.cli.accept import add_accept
+from texvol.cli.common import take_scene_file
 from texvol.cli.completion import add_completion
 from texvol.cli.convert import add_convert
 from texvol.cli.convert_tf import add_convert_tf
@@ -99,6 +100,7 @@ def main(line: Sequence[str] | None = None) -> int:
         remarks.begin()
         words = texts.with_negative_values(_joined(line))
         arguments = _parser(words[0] if words else "").parse_args(words, argparse.Namespace(line=line))
+        take_scene_file(arguments)
         # Numbers out of range are checked by name or visible in the picture, so numpy's warnings add nothing.
         with termination.heard(), warnings.catch_warnings(record=True) as caught, np.errstate(all="ignore"):
             warnings.simplefilter("always", AccuracyWarning)

@@ -11,6 +11,22 @@ from texvol.util import writing
 from texvol.util.errors import InputError
 
 
+def take_scene_file(arguments: argparse.Namespace) -> None:
+    """Take a scene file in the place of VOLUME as that of --scene, of commands that have both.
+
+    Raises
+    ------
+    InputError
+        If --scene names a scene file, too.
+    """
+    path = getattr(arguments, "volume", None)
+    if not hasattr(arguments, "scene") or path is None or not path.lower().endswith(".toml"):
+        return
+    if arguments.scene is not None:
+        raise InputError(f"{path}: is a scene file, and --scene names one as well: leave one of them out")
+    arguments.scene, arguments.volume = path, None
+
+
 def add_backend(group: argparse._ActionsContainer) -> None:
     """Add --backend and --device."""
     group.add_argument("--backend", choices=("auto", "egl", "osmesa"), default="auto", help="OpenGL without a screen")

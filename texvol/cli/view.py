@@ -10,7 +10,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from texvol.cli.common import add_device
+from texvol.cli.common import add_device, take_scene_file
 from texvol.formats.pictures import image
 from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
@@ -111,6 +111,7 @@ def _served(arguments: argparse.Namespace) -> Any:
         return None
     if not is_address(arguments.serve) and arguments.volume is None:
         arguments.volume, arguments.serve = arguments.serve, ""  # texvol view --serve VOLUME
+        take_scene_file(arguments)
     for folder in arguments.files or ():
         if not is_remote(folder) and not os.path.isdir(folder):
             raise InputError(f"--files must be a folder, got {folder!r}")

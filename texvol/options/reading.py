@@ -65,7 +65,7 @@ def add_volume_options(parser: argparse.ArgumentParser, *, in_scene_file: bool =
     )
     formats += "VTR, VTS, VTU, netCDF, Exodus, VTK, Gmsh, XDMF, MED, FITS, SEG-Y, OpenVDB, NPY, RAW; OME-Zarr or its "
     formats += "URL, Zarr, HDF5, Imaris; FILE::NAME is FILE with --variable NAME"
-    shown = f"{formats}; or the scene file's `volume`" if in_scene_file else formats
+    shown = f"{formats}; or a scene file" if in_scene_file else formats
     parser.add_argument("volume", metavar="VOLUME", nargs="?" if in_scene_file else None, help=shown)
     add_options(parser)
 
