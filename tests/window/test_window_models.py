@@ -198,6 +198,20 @@ def test_recent_files_are_called_without_their_time_step() -> None:
     assert Recent("/a.nii", {"time": 0, "channel": 2, "add": [further]}).text == "a.nii, channel 2 + b.nii, channel 1"
 
 
+def test_recent_files_name_a_file_of_several_channels_once() -> None:
+    two, three = ({"file": "/a/cell.tif", "channel": number} for number in (1, 2))
+    other = {"file": "/b/cell.tif", "channel": 2}
+    assert Recent("/a/cell.tif", {"channel": 0, "add": [two, three]}).text == "cell.tif, channels 0, 1, 2"
+    assert Recent("/a/cell.tif", {"channel": 0, "add": [other, two]}).text == (
+        "cell.tif, channels 0, 1 + cell.tif, channel 2"
+    )
+    twice = {"file": "/a/cell.tif", "variable": "b", "channel": 1}
+    assert Recent("/a/cell.tif", {"variable": "a", "channel": 0, "add": [twice]}).text == (
+        "cell.tif, variable a, channel 0 + cell.tif, variable b, channel 1"
+    )
+    assert Recent("/a/cell.tif", {"add": [{"file": "/a/cell.tif"}]}).text == "cell.tif + cell.tif"
+
+
 def test_arrays_that_are_shown_are_no_recent_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     recent.remember("volume", Scene(Volume(np.zeros((2, 2, 2)))))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from argparse import ArgumentTypeError
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
@@ -37,8 +37,11 @@ class Recent:
     def text(self) -> str:
         """Displayed name, without the time step: the window has a slider for it."""
         named = [(self.path, self.how), *((each["file"], each) for each in self.how.get("add", ()))]
-        hows = ({key: value for key, value in how.items() if key != "time"} for _, how in named)
-        return " + ".join(called(path, how) for (path, _), how in zip(named, hows, strict=True))
+        files: dict[tuple[str, str], list[Any]] = {}  # channels, by file and how it is read
+        for path, how in named:
+            rest = {key: value for key, value in how.items() if key not in ("time", "channel")}
+            files.setdefault((path, called(path, rest)), []).append(how.get("channel"))
+        return " + ".join(each for (path, name), channels in files.items() for each in _of_channels(name, channels))
 
     @property
     def options(self) -> dict[str, Any]:
@@ -71,6 +74,13 @@ class Recent:
         except (InputError, KeyError, OverflowError, TypeError, ValueError):
             return None
         return found
+
+
+def _of_channels(name: str, channels: Sequence[Any]) -> list[str]:
+    """Return the displayed names of the channels of a file, one name for several; None stands for no channel."""
+    chosen = [str(each) for each in channels if each is not None]
+    plain = [name] * (len(channels) - len(chosen))
+    return plain + [f"{name}, channel{'s' * (len(chosen) > 1)} {', '.join(chosen)}"] * bool(chosen)
 
 
 def _how(scene: Scene) -> dict[str, Any]:

@@ -73,7 +73,7 @@ TIPS = {
     "scale bar": "a length in the units of the file",
     "legend": "which colours stand for which values",
     "orientation": "directions of the body",
-    "frames per second": "speed that is wanted",
+    "frames per second": "pictures in a second that are wanted",
     "error at rest": "greatest error of the picture at rest, in steps of 8 bits",
     "slicing at rest": "how slabs of the picture at rest are drawn",
     "front": "look from the front (--view front)",
