@@ -2,6 +2,9 @@
 # Sets up whatever is missing, checks style and types, and runs all tests; arguments go on to pytest.
 set -eu
 CDPATH='' cd -- "$(dirname -- "$0")/.."
+# Containers often set this, and each of the hundreds of processes that tests start would compile every module that it
+# imports: a third of the processor time of all tests.
+unset PYTHONDONTWRITEBYTECODE
 sh scripts/setup.sh test osmesa
 .venv/bin/python -m ruff check --quiet
 # Matrix products of the tests are small: threads for them only wait for each other.
