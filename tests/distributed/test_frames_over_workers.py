@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -148,7 +149,15 @@ def test_an_error_of_a_worker_is_that_of_one_process(workers: Workers, tmp_path:
     assert "\n" not in str(raised.value)
 
 
-def test_the_command_writes_the_same_film(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_writes_the_same_film(workers: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """By workers that are there: that the command starts its own is held by others, such as the one of ctrl-C."""
+    asked: list[int] = []
+
+    def there(count: int, **_: Any) -> nullcontext[Workers]:
+        asked.append(count)
+        return nullcontext(workers)
+
+    monkeypatch.setattr("texvol.distributed.workers.Workers", there)
     monkeypatch.chdir(tmp_path)
     np.save("ball.npy", ball())
     line = ["render", "ball.npy", "--tf", "fog", "--size", "40x32", "--orbit", "4", "--stats", "stats.json"]
@@ -161,6 +170,7 @@ def test_the_command_writes_the_same_film(tmp_path: Path, monkeypatch: pytest.Mo
         one, two = ({k: v for k, v in each.attributes.items() if k != "DateTime"} for each in (one, two))
         assert one == two
     assert Path("one.gif").read_bytes() == Path("two.gif").read_bytes()
+    assert asked == [2, 2]
 
 
 def test_ctrl_c_leaves_whole_frames_and_no_process(tmp_path: Path) -> None:

@@ -27,10 +27,16 @@ def scene() -> texvol.Scene:
     return texvol.Scene(texvol.Volume(BALL, name="ball"), "viridis", background=(0.2, 0.1, 0.4))
 
 
-@pytest.fixture
-def picture(scene: texvol.Scene) -> texvol.Picture:
+@pytest.fixture(scope="module")
+def drawn(scene: texvol.Scene) -> texvol.Picture:
     with texvol.Renderer() as renderer:
         return renderer.render(scene, SIZE, sampling_rate=1)
+
+
+@pytest.fixture
+def picture(drawn: texvol.Picture) -> texvol.Picture:
+    """What was drawn once, for a test to do with as it likes."""
+    return drawn.copy()
 
 
 def test_a_picture_is_an_array(picture: texvol.Picture) -> None:
