@@ -273,7 +273,7 @@ def test_runs_that_check_no_picture_are_as_without_the_plugin(project: Project) 
     (project.folder / "test_it.py").write_text(text)
     loaded = []
     for options in ([], ["-p", "no:texvol"]):
-        result = project.run_apart(*options, PYTHONDONTWRITEBYTECODE="1")
+        result = project.run_apart(*options)
         assert result.ret == 1 and "pictures ==" not in said(result)
         (line,) = (line for line in result.outlines if line.startswith("loaded "))
         loaded.append({name.split(".")[0] for name in line.split()})

@@ -44,8 +44,9 @@ spots: Callable[[], np.ndarray] = _NAMES["spots"]
 
 
 OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE")
-# Hypothesis takes a second to load, in each run anew.
-OPTIONS = {"PYTEST_ADDOPTS": "-p no:hypothesispytest -p no:cacheprovider"}
+# Hypothesis takes a second to load, in each run anew. A test file that is written anew in the second of the last one,
+# with as many bytes, would be taken for it where that is kept compiled.
+OPTIONS = {"PYTEST_ADDOPTS": "-p no:hypothesispytest -p no:cacheprovider", "PYTHONDONTWRITEBYTECODE": "1"}
 ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | OPTIONS
 
 
@@ -125,6 +126,7 @@ def leave_ci(monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.delenv(name, raising=False)
     for name, text in OPTIONS.items():
         monkeypatch.setenv(name, text)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
 
 @pytest.fixture
