@@ -18,6 +18,7 @@ plain uniform.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import takewhile
@@ -330,8 +331,8 @@ def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) 
     """Raise unless the sources use every switch, and every name in their conditions has a value."""
     # The preprocessor takes a name that it does not know as 0, so a misspelled switch would be off without a word.
     code = "\n".join(_COMMENT.sub("", source) for source in sources)
-    words = re.findall(r"\w+", code)
-    unused = [switch for switch in defines if words.count(switch) <= len(sources)]  # once each in its #define
+    counts = Counter(re.findall(r"\w+", code))
+    unused = [switch for switch in defines if counts[switch] <= len(sources)]  # once each in its #define
     if unused:
         raise ShaderError(f"{files} have no switch {', '.join(unused)}")
     known = {"defined", *_DEFINITION.findall(code)}
