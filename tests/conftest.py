@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from unittest.mock import patch
 
 import pytest
+from hypothesis import settings
 from support.browser import browser  # noqa: F401 (a fixture)
 from support.small_pictures import BACKENDS, backend_or_skip
 from support.viewer import open_page  # noqa: F401 (a fixture)
@@ -29,6 +30,10 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
 # Most of the time of the tests would be llvmpipe's, optimising shaders that draw a few hundred pixels: without, they
 # take a third less. The pictures are the same, see opengl/test_driver_optimisation.py; other drivers do not look at it.
 os.environ.setdefault("GALLIVM_PERF", "nopt")
+
+# An example that takes longer than 0.2 seconds is a busy machine.
+settings.register_profile("tests", settings.default, deadline=None)
+settings.load_profile("tests")
 
 gc.disable()  # until all tests are collected, which leaves little garbage and a million objects to look at
 
