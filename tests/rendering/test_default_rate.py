@@ -11,6 +11,9 @@ from support.scenes import BONE, smooth_volume
 
 from texvol import Lighting, Renderer, Scene, TransferFunction, Volume
 from texvol.rendering import default_rate, error_control
+from texvol.rendering.model_error import Classified
+from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, Settings
+from texvol.scene.scene import CompleteScene
 
 SIZE = (96, 96)
 
@@ -32,7 +35,7 @@ def test_the_estimate_is_within_its_limit(scene: Scene) -> None:
     assert coarse["estimated_error"] > default_rate.LIMIT >= stats["estimated_error"]
     assert quick is not None and quick <= default_rate.LIMIT
     factor = coarse["slab_thickness"] / stats["slab_thickness"]
-    assert factor in (2, 4, 8, 16)
+    assert 1 < factor <= 16 and 2 * factor == pytest.approx(round(2 * factor))
 
 
 @pytest.mark.parametrize("far", [0.0, 1e9])
@@ -132,3 +135,25 @@ def test_rays_end_as_early_as_the_limit_allows_unless_told(scene: Scene) -> None
         assert renderer.settings["early_termination"] == 0
         renderer.render(scene, SIZE, sampling_rate=2)
         assert renderer.settings["early_termination"] < 1e-6
+
+
+@pytest.mark.parametrize("error", [0.02, 0.05, 0.11, 0.2, 0.3])
+@pytest.mark.parametrize("order", [1.0, 1.6, 2.0])
+def test_the_rate_is_about_the_least_that_keeps_the_limit(scene: Scene, error: float, order: float) -> None:
+    """Of pictures whose error is that at one slab per voxel, times the thickness to the order."""
+
+    def draw(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
+        return np.full((2, 2, 4), error * settings.slab_thickness**order, np.float32)
+
+    def estimated(rate: float, finest: float) -> float:
+        pictures = (draw(complete, SIZE, replace(settings, slab_thickness=1 / each)) for each in (rate, finest))
+        return error_control.estimate(*pictures, np.log2(finest / rate))
+
+    complete, settings = scene.completed(SIZE), Settings(1.0, "auto", "rgba32f", DEFAULT_EARLY_TERMINATION, True)
+    chooser = default_rate.DefaultRate(draw, lambda *_: 1)
+    rate = 1 / chooser.settled(complete, SIZE, settings, Classified("post")).slab_thickness
+    limit = default_rate.LIMIT * (1 - 1 / 16)
+    assert chooser.estimate is not None and chooser.estimate <= default_rate.LIMIT
+    if rate > 1:
+        finest = 4 * 2 ** np.ceil(np.log2(rate))
+        assert estimated(rate, finest) <= limit < estimated(0.8 * rate - 0.5, finest)

@@ -7,8 +7,9 @@ so that two small pictures, one of a quarter of the slab thickness, bound it:
 
 A picture of half the thickness would need a divisor of 1/2, and is mostly as far off on the other side. The rate is
 doubled until the bound is at most `LIMIT`, as long as the rays sample no more slabs than a warm frame of half a second
-can have. Slabs are counted, not timed, so that the same scene always gives the same picture. Rays end at a
-transmittance of a sixteenth of the limit, which is part of the estimate.
+can have; then it is lowered to what the last two bounds foresee, if the bound there is small enough as well. Slabs are
+counted, not timed, so that the same scene always gives the same picture. Rays end at a transmittance of a sixteenth of
+the limit, which is part of the estimate.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made agai
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
 _STEP = 0.5  # of rates between powers of two
+_MARGIN = 1.05  # of a rate that is foreseen
+_MUCH_LESS = 0.9  # of a rate: less is not worth a picture
 # Transmittance at which rays end if the rate is not 1: a sixteenth of the limit, of which it is a part.
 _TERMINATION = LIMIT / 16
 
@@ -115,11 +118,14 @@ class DefaultRate:
             return pictures[factor]
 
         try:
-            most = None
+            most, last = None, None
             while True:
                 self.estimate = estimate(drawn(rate), drawn(rate * 2**_HALVINGS), _HALVINGS)
-                if self.estimate + _TERMINATION <= LIMIT or rate >= _FINEST:
+                if self.estimate + _TERMINATION <= LIMIT:
+                    return self._lowered(drawn, rate, last) if last else rate
+                if rate >= _FINEST:
                     return rate
+                last = rate, self.estimate
                 most = most or self._finest(scene, size, settings)
                 finer = min(2 * rate, np.floor(most / _STEP) * _STEP)
                 if finer <= rate:
@@ -127,6 +133,24 @@ class DefaultRate:
                 rate = float(finer)
         except InputError:  # no room, or too many slabs: the picture itself says so if it has to
             return rate
+
+    def _lowered(self, drawn: Callable[[float], NDArray[np.float32]], rate: float, last: tuple[float, float]) -> float:
+        """Return the least rate that keeps the limit, if it is much less than one that does.
+
+        `last` is a lower rate and its estimate, beyond the limit.
+        """
+        assert self.estimate is not None
+        limit, finest = LIMIT - _TERMINATION, rate * 2**_HALVINGS
+        order = np.log(last[1] / max(self.estimate, 1e-12)) / np.log(rate / last[0])
+        foreseen = rate * (self.estimate / limit) ** (1 / max(order, 1.0))
+        lower = float(np.ceil(_MARGIN * max(foreseen, last[0]) / _STEP) * _STEP)
+        if lower > _MUCH_LESS * rate:
+            return rate
+        error = estimate(drawn(lower), drawn(finest), np.log2(finest / lower))
+        if error > limit:
+            return rate
+        self.estimate = error
+        return lower
 
     def _finest(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
         """Return the factor of the rate at which a frame takes half a second, by the samples of a small picture."""
