@@ -3,82 +3,18 @@
 from __future__ import annotations
 
 import os
-import signal
 from pathlib import Path
-from typing import Any, cast
 
-import numpy as np
 import pytest
 from support.desks import desk_with, done, said, settled
+from support.unlost import BLUE, GREEN, RED, asked, folder, keyed, writing  # noqa: F401 (a fixture)
 
-from texvol.util.termination import Terminated
-from texvol.window import opening, own_files, recent, replaced, rescue
+from texvol.window import opening, recent, replaced
 from texvol.window.commands import is_command, run
-from texvol.window.desk import Desk
 from texvol.window.events import Event
-from texvol.window.jobs import Answer
 from texvol.window.navigation import orbit
 from texvol.window.questions import CANCEL, Question
 from texvol.window.steering import Viewport
-
-RED, GREEN, BLUE = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
-
-
-@pytest.fixture(autouse=True)
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Three volumes, in the current folder."""
-    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    monkeypatch.chdir(tmp_path)
-    for name in ("one", "two", "three"):
-        np.save(tmp_path / f"{name}.npy", np.random.default_rng(3).random((6, 7, 8)).astype(np.float32))
-    return tmp_path
-
-
-class Clerk:
-    """One who writes nothing before he is told to."""
-
-    alive = True
-
-    def __init__(self) -> None:
-        self.jobs: list[dict[str, Any]] = []
-        self.said: list[Answer] = []
-
-    def ask(self, **job: Any) -> None:
-        self.jobs.append(job)
-
-    def drop(self) -> None:
-        self.jobs.clear()
-
-    def answers(self) -> list[Answer]:
-        said, self.said = self.said, []
-        return said
-
-    def done(self, desk: Desk, kind: Any = "done") -> None:
-        """The first job is over."""
-        job = self.jobs.pop(0)
-        if kind == "done":
-            Path(job["path"]).write_text("picture")
-        self.said.append(Answer(kind, 1, text=job["path"]))
-        desk.update()
-
-
-def asked(desk: Desk, part: str) -> Question:
-    """The question, in which a text occurs."""
-    assert desk.question is not None and part in desk.question.text
-    return desk.question
-
-
-def writing(desk: Desk) -> Clerk:
-    """The clerk of a desk, who is made when there is something to write."""
-    clerk = Clerk()
-    desk.make_painter = lambda: cast(Any, clerk)
-    desk.director.accuracy, desk.director.shown = {}, None  # type: ignore[misc]
-    return clerk
-
-
-def keyed(desk: Desk, *names: str) -> None:
-    """Keys that go to the dialog."""
-    assert desk.hear([Event("key", name=name, down=True) for name in names], typing=False)
 
 
 def test_a_window_without_changes_closes_at_once() -> None:
@@ -129,7 +65,7 @@ def test_scenes_of_one_volume_are_told_apart_and_saved_in_files_of_their_own() -
     assert found == [RED, GREEN, BLUE]
 
 
-def test_volumes_whose_names_begin_alike_have_scenes_of_their_own(folder: Path) -> None:
+def test_volumes_whose_names_begin_alike_have_scenes_of_their_own(folder: Path) -> None:  # noqa: F811
     (folder / "one.raw.npy").write_bytes((folder / "two.npy").read_bytes())
     desk = desk_with("one.npy")
     desk.change(background=RED)
@@ -166,7 +102,7 @@ def test_a_scene_does_not_replace_another_one_of_the_window_unasked() -> None:
     assert "[0.0, 1.0, 0.0]" in Path("kept.toml").read_text() and "[1.0, 0.0, 0.0]" in Path("kept-1.toml").read_text()
 
 
-def test_a_scene_that_can_not_be_saved_keeps_the_window_open(folder: Path) -> None:
+def test_a_scene_that_can_not_be_saved_keeps_the_window_open(folder: Path) -> None:  # noqa: F811
     desk = desk_with("one.npy")
     desk.change(background=RED)
     done(desk, "close")
@@ -304,83 +240,6 @@ def test_old_scenes_go_when_memory_gets_scarce_but_changes_only_when_asked(monke
     assert [each.name for each in desk.documents] == ["one.npy", "two.npy"] and Path("one-1.toml").exists()
 
 
-def test_a_scene_of_others_is_not_overwritten_unasked(folder: Path) -> None:
-    Path("kept.toml").write_text("# of somebody else\n")
-    Path("other.tf.json").write_text("{}")
-    desk = desk_with("one.npy")
-    done(desk, "save kept.toml")
-    assert asked(desk, "kept.toml exists").words == ("write kept-1.toml", "replace it", CANCEL)
-    assert "somebody else" in Path("kept.toml").read_text()
-    keyed(desk, "enter")
-    assert Path("kept-1.toml").exists() and "somebody else" in Path("kept.toml").read_text()
-    done(desk, "save other.toml")
-    asked(desk, "other.tf.json exists")
-    keyed(desk, "down", "enter")
-    assert Path("other.toml").exists() and Path("other.tf.json").read_text() != "{}"
-    done(desk, "save other.toml", "save")
-    assert desk.question is None, "it is the window's own now"
-
-
-def test_its_own_scene_is_asked_about_once_somebody_else_has_changed_it(folder: Path) -> None:
-    done(desk_with("one.npy"), "save kept.toml")
-    desk = desk_with("kept.toml")
-    desk.change(background=RED)
-    done(desk, "save")
-    assert desk.question is None and "[1.0, 0.0, 0.0]" in Path("kept.toml").read_text()
-    Path("kept.toml").write_text(Path("kept.toml").read_text() + "# a word of mine\n")
-    done(desk, "save")
-    asked(desk, "kept.toml has been changed by another program")
-    keyed(desk, "tab", "enter")
-    assert "a word of mine" not in Path("kept.toml").read_text()
-
-
-def test_pictures_of_others_are_not_overwritten_unasked() -> None:
-    Path("a.png").write_text("mine")
-    desk = desk_with("one.npy")
-    clerk = writing(desk)
-    done(desk, "picture a.png")
-    asked(desk, "a.png exists")
-    keyed(desk, "escape")
-    assert not clerk.jobs
-    done(desk, "picture a.png", "answer replace it")
-    assert [job["path"] for job in clerk.jobs] == ["a.png"]
-    clerk.done(desk)
-    done(desk, "picture a.png")
-    assert desk.question is None and len(clerk.jobs) == 1
-
-
-def test_of_numbered_pictures_each_is_looked_at() -> None:
-    from texvol.window import exporting
-
-    Path("turn-2.png").write_text("mine")
-    desk = desk_with("one.npy")
-    clerk = writing(desk)
-    assert desk.document is not None
-    exporting.film(desk, desk.document, "turn-%d.png", (8, 8), 4, 30.0)
-    asked(desk, "turn-2.png exists")
-    keyed(desk, "enter")
-    assert [job["path"] for job in clerk.jobs] == ["turn-%d-1.png"]
-
-
-def test_names_that_are_proposed_have_no_file_of_others_beside_them() -> None:
-    Path("one-1.tf.json").write_text("{}")
-    desk = desk_with("one.npy")
-    done(desk, "save")
-    assert desk.question is None and Path("one-2.toml").exists() and Path("one-1.tf.json").read_text() == "{}"
-
-
-def test_files_are_known_by_what_they_are_not_by_their_name(folder: Path) -> None:
-    own = own_files.OwnFiles()
-    Path("a").write_text("1")
-    assert own.foreign("a") == "exists" and own.foreign("none") == ""
-    own.wrote(["a"])
-    os.symlink("a", "b")
-    assert own.foreign(str(folder / "a")) == own.foreign("b") == ""
-    Path("c").write_text("1")
-    os.replace("c", "a")
-    assert own.foreign("a") == "has been changed by another program"
-
-
 def test_a_question_is_answered_by_keys_and_hears_all_of_them() -> None:
     question = Question("?", {"yes": lambda: None, "no": lambda: None})
     down = [Event("key", name=name, down=True) for name in ("x", "down", "tab", "up", "enter")]
@@ -423,53 +282,7 @@ def test_what_another_scene_replaces_comes_back_with_its_slices() -> None:
     assert (layout.window, layout.index.tolist()) == ((0.25, 0.5), index)
 
 
-def test_an_error_of_the_window_leaves_unsaved_scenes_in_files(folder: Path) -> None:
-    desk = desk_with("one.npy")
-    desk.change(background=RED)
-    done(desk, "open two.npy")
-    with pytest.raises(RuntimeError) as ended, rescue.rescuing(desk):
-        raise RuntimeError("OpenGL: GL_OUT_OF_MEMORY")
-    path = folder / "state/texvol/rescued/one-1.toml"
-    assert ended.value.__notes__ == [f"texvol: the unsaved scene is in {path}, and among the recent files"]
-    assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
-    assert recent.files()[0].path == str(path)
-
-
-@pytest.mark.parametrize("end", [KeyboardInterrupt(), Terminated(signal.SIGTERM), Terminated(signal.SIGHUP)])
-def test_a_window_that_is_ended_from_outside_leaves_unsaved_scenes_in_files(
-    folder: Path, end: BaseException, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """A terminal that is closed, a session that ends: nobody can be asked."""
-    desk = desk_with("one.npy")
-    desk.change(background=RED)
-    with pytest.raises(type(end)), rescue.rescuing(desk):
-        raise end
-    path = folder / "state/texvol/rescued/one-1.toml"
-    assert capsys.readouterr().err == f"texvol: the unsaved scene is in {path}, and among the recent files\n"
-    assert desk_with(str(path)).document.scene.background == RED  # type: ignore[union-attr]
-
-
-def test_two_windows_that_end_at_once_leave_their_scenes_in_files_of_their_own(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The other window takes the name just after this one has found it free."""
-    look, taken = own_files.unused, folder / "state/texvol/rescued/one-1.toml"
-
-    def interrupted(*how: Any) -> str:
-        found = look(*how)
-        if not taken.exists():
-            taken.write_text("# of the other window")
-        return found
-
-    monkeypatch.setattr(rescue, "unused", interrupted)
-    desk = desk_with("one.npy")
-    desk.change(background=RED)
-    (path,) = rescue.save(desk)
-    assert taken.read_text() == "# of the other window" and path == str(taken.with_name("one-2.toml"))
-    assert desk_with(path).document.scene.background == RED  # type: ignore[union-attr]
-
-
-def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -> None:
+def test_a_scene_keeps_its_size_while_slices_are_shown_beside_it(folder: Path) -> None:  # noqa: F811
     desk = desk_with("one.npy")
     layout, whole, clerk = desk.layout, Viewport(0, 0, 301, 201), writing(desk)
     for mode in ("3D", "2x2", "axial", "3D"):
