@@ -3,21 +3,19 @@
 // Switches: SKIPS 1: cells whose bound is no larger than what has been met are skipped.
 //           MISSING: see value_pieces.glsl.
 
-#include "value_pieces.glsl"
-
-uniform vec3 samples;             // of the volume, along x, y and z
-uniform float sign_of_largest;    // -1 where the least value is looked for: then all values are times this
-uniform float largest_of_all;     // a ray that has met it is finished
+#include "corner_values.glsl"
 #if SKIPS
-uniform sampler3D bounds;         // no value in a cell is larger, see slicing/bounds.py
-uniform float largest_bound;
-uniform float cell_side;          // samples
+#include "best_cells.glsl"
+#else
+flat uniform vec3 samples;        // of the volume, along x, y and z
+const float NOTHING_YET = -3e38;
 #endif
+
+flat uniform float sign_of_largest;    // -1 where the least value is looked for: then all values are times this
+flat uniform float largest_of_all;     // a ray that has met it is finished
 #if MISSING
 uniform float far_from;           // magnitude of values beside which float32 loses those that most samples have
 #endif
-
-const float NOTHING_YET = -3e38;
 
 #if MISSING
 const float ORDINARY = 1.0 / 64.0;     // of `far_from`: most samples are nearer
@@ -44,7 +42,8 @@ float largest_known(float largest, float vague) {
 }
 #else
 float largest_of_piece(vec4 values, inout float vague) {
-    return largest_of(values, FROM, TO);
+    float peak = cubic_between(values, turns_between(values, FROM, TO).x);
+    return max(peak, max(values.x, values.w));
 }
 
 float largest_known(float largest, float vague) {
@@ -52,90 +51,70 @@ float largest_known(float largest, float vague) {
 }
 #endif
 
+// A ray on its way through pieces.
+struct PieceWalk {
+    SampleWalk samples;           // among planes of samples
+    vec3 planes;                  // the first ones behind `depth`
+    float depth;
+    float leaving;                // where the box ends
+    float largest;                // value so far
+    float vague;                  // see largest_of_piece
+};
+
+// Look at the piece from `depth` on, and go to its end.
+void look_at_piece(BoxWalk walk, inout PieceWalk ray) {
+    float next = max(next_depth(ray.samples, ray.leaving, ray.planes), ray.depth);
+    float found = largest_of_piece(sign_of_largest * values_in_cell(walk, ray.depth, next), ray.vague);
+    if (is_there(found)) ray.largest = max(ray.largest, found);
+    ray.depth = next;
+}
+
 #if SKIPS
-// Bound of the cell whose last planes along the ray are these.
-float bound_of(SampleWalk walk, vec3 planes) {
-    vec3 cell = walk.sign * ((planes + walk.sign) * (1.0 / cell_side) - 0.5) - 0.5;
-    return texelFetch(bounds, clamp(ivec3(floor(cell + 0.5)), ivec3(0), textureSize(bounds, 0) - 1), 0).r;
-}
-
-// The first planes between cells behind `depth`.
-vec3 cell_planes(SampleWalk walk, float depth) {
-    return planes_behind(walk, cell_side, 1.0, depth);
-}
-
-// The depths between which the ray is in the first cell of the largest bound.
-vec2 most_promising(SampleWalk walk, float depth, float end) {
-    vec3 planes = cell_planes(walk, depth);
-    vec2 found = vec2(depth);
-    float largest = NOTHING_YET;
-    while (depth < end && largest < largest_bound) {
-        float bound = bound_of(walk, planes);
-        float next = max(next_depth(walk, cell_side, end, planes), depth);
-        if (bound > largest) found = vec2(depth, next);
-        largest = max(bound, largest);
-        depth = next;
-        if (depth >= end || largest >= largest_bound) break;  // see compositing.glsl
+// Look at the pieces that begin between two depths, in cells of the largest bounds first.
+void look_between(BoxWalk walk, vec2 depths, inout PieceWalk ray) {
+    ray.samples = walk_through_cells(ray.samples);
+    vec2 last = vec2(-NOTHING_YET, depths.x);
+    bool goes_on = depths.x < depths.y;
+    while (goes_on) {
+        BestCells best = best_cells(ray.samples, depths, ray.largest, last);
+        last = vec2(best.more_bounds.w, best.more_depths.w);
+        float until = ray.depth;
+        bool is_better = best.bounds.x > ray.largest;
+        // One loop for all cells: pixels of one vector need not wait for each other's at the end of each.
+        while (is_better) {
+            if (ray.depth >= until) {
+                vec2 cell = cell_depths(ray.samples, take_cell(best), depths.x, ray.planes);
+                ray.depth = cell.x;
+                until = min(cell.y, depths.y);
+            }
+            look_at_piece(walk, ray);
+            is_better = ray.largest < largest_of_all && (ray.depth < until || best.bounds.x > ray.largest);
+            if (!is_better) break;
+        }
+        goes_on = last.x > ray.largest && ray.largest < largest_of_all;
+        if (!goes_on) break;
     }
-    return found;
 }
-
-// The depths between which the ray is in the first cell, from `depth` to `end`, whose bound is larger than `largest`;
-// `end` twice where there is none. `planes` become those behind that cell.
-vec2 next_cell(SampleWalk walk, float depth, float end, float largest, inout vec3 planes) {
-    bool is_found = false;
-    float leaving = depth;
-    while (depth < end && !is_found) {
-        is_found = bound_of(walk, planes) > largest;
-        leaving = max(next_depth(walk, cell_side, end, planes), depth);
-        if (!is_found) depth = leaving;
-        if (depth >= end || is_found) break;
+#else
+// Look at the pieces that begin between two depths.
+void look_between(BoxWalk walk, vec2 depths, inout PieceWalk ray) {
+    while (ray.depth < depths.y && ray.largest < largest_of_all) {
+        look_at_piece(walk, ray);
+        if (ray.depth >= depths.y || ray.largest >= largest_of_all) break;  // see compositing.glsl
     }
-    return vec2(depth, leaving);
 }
 #endif
-
-// The largest value of the pieces of a ray that begin between two depths, or `largest`; the box ends at `leaving`.
-float largest_between(
-    BoxWalk walk, SampleWalk planes_walk, vec2 depths, float leaving, float largest, inout float vague
-) {
-    float depth = depths.x;
-    vec3 planes = planes_behind(planes_walk, 1.0, 0.0, depth);
-    vec4 values = vec4(sign_of_largest * value_at(walk_position(walk, depth)));
-    while (depth < depths.y && largest < largest_of_all) {
-        float next = max(next_depth(planes_walk, 1.0, leaving, planes), depth);
-        values = sign_of_largest * values_between(walk, depth, next, sign_of_largest * values.w);
-        float found = largest_of_piece(values, vague);
-        if (is_there(found)) largest = max(largest, found);
-        depth = next;
-        if (depth >= depths.y || largest >= largest_of_all) break;
-    }
-    return largest;
-}
 
 // Red is the largest value of the slabs that are drawn, times the sign; alpha is 1 where there is one.
 vec4 extreme_along(BoxWalk walk, vec2 slabs) {
-    SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
-    vec3 planes;
     vec2 box = box_depths(walk);
-    float begin = first_depth(planes_walk, box.x, max(slabs.x, box.x), planes);
-    float end = min(slabs.y, box.y);
-    float largest = NOTHING_YET;
-    float vague = NOTHING_YET;
-#if SKIPS
-    // What the most promising cell holds excludes most of the others.
-    vec2 cell = most_promising(planes_walk, begin, end);
-    float next = begin;
-    planes = cell_planes(planes_walk, begin);
-    while (cell.x < end && largest < largest_of_all) {
-        largest = largest_between(walk, planes_walk, cell, box.y, largest, vague);
-        cell = next_cell(planes_walk, next, end, largest, planes);
-        next = cell.y;
-        if (cell.x >= end || largest >= largest_of_all) break;
-    }
-#else
-    largest = largest_between(walk, planes_walk, vec2(begin, end), box.y, largest, vague);
-#endif
-    largest = largest_known(largest, vague);
+    PieceWalk ray;
+    ray.samples = sample_walk(walk.start, walk.step, samples);
+    ray.depth = first_depth(ray.samples, box.x, max(slabs.x, box.x), ray.planes);
+    ray.leaving = box.y;
+    ray.largest = NOTHING_YET;
+    ray.vague = NOTHING_YET;
+    look_between(walk, vec2(ray.depth, min(slabs.y, box.y)), ray);
+    float largest = largest_known(ray.largest, ray.vague);
     return vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);
 }

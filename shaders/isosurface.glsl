@@ -87,7 +87,7 @@ bool meets_surface(BoxWalk walk, vec2 slabs, out float depth) {
     float before = 0.0;
     depth = front;
     while (front < slabs.y && front < box.y && !is_met) {
-        float next = max(next_depth(planes_walk, 1.0, box.y, planes), front);
+        float next = max(next_depth(planes_walk, box.y, planes), front);
         values = values_between(walk, front, next, values.w);
         float t;
         is_met = meets_piece(piece_of(values, next - front, longest), before, t);

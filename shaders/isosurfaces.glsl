@@ -129,7 +129,7 @@ void see_slabs(BoxWalk walk, vec2 slabs, vec2 pixel, inout Seen seen) {
     first_depth(planes_walk, box.x, front, planes);
     vec4 values = vec4(value_at(walk_position(walk, front)));
     while (front < end && !is_over(seen)) {
-        float next = min(max(next_depth(planes_walk, 1.0, box.y, planes), front), end);
+        float next = min(max(next_depth(planes_walk, box.y, planes), front), end);
         if (next > front) {
             values = values_between(walk, front, next, values.w);
             see_piece(walk, vec2(front, next), values, pixel, seen);

@@ -76,7 +76,7 @@ vec4 integral_along(BoxWalk walk, vec2 slabs) {
     float pieces = 0.0;
     while (depth < last) {
         float end = least < -largest_finite ? last : min(floor(depth) + 1.0, last);
-        float next = max(next_depth(planes_walk, 1.0, end, planes), depth);
+        float next = max(next_depth(planes_walk, end, planes), depth);
         some = with_piece(some, walk, depth, next);
         depth = next;
         pieces += 1.0;

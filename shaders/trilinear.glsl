@@ -28,23 +28,11 @@ float first_depth(SampleWalk walk, float least, float depth, out vec3 planes) {
     return clamp(max(depths.x, max(depths.y, depths.z)), least, depth);
 }
 
-// The first planes behind `depth` of those that are so many samples `apart`, from that `before` sample 0 on.
-vec3 planes_behind(SampleWalk walk, float apart, float before, float depth) {
-    vec3 offset = before * walk.sign;
-    vec3 position = walk.start + depth * walk.direction;
-    vec3 planes = apart * (floor((position + offset) / apart) + 1.0) - offset;
-    // Rounding may put a plane on the other side of the depth at which it is met.
-    planes += mix(vec3(0.0), vec3(apart), lessThanEqual((planes - walk.start) * walk.depth_per_sample, vec3(depth)));
-    vec3 nearer = planes - apart;
-    return mix(planes, nearer, greaterThan((nearer - walk.start) * walk.depth_per_sample, vec3(depth)));
-}
-
-// Depth at which the ray meets the first of `planes`, but at most `end`; `planes` become those behind it, which are so
-// many samples `apart`.
-float next_depth(SampleWalk walk, float apart, float end, inout vec3 planes) {
+// Depth at which the ray meets the first of `planes`, but at most `end`; `planes` become those behind it.
+float next_depth(SampleWalk walk, float end, inout vec3 planes) {
     vec3 depths = (planes - walk.start) * walk.depth_per_sample;
     float depth = min(min(depths.x, min(depths.y, depths.z)), end);
-    planes += mix(vec3(0.0), vec3(apart), lessThanEqual(depths, vec3(depth)));
+    planes += mix(vec3(0.0), vec3(1.0), lessThanEqual(depths, vec3(depth)));
     return depth;
 }
 

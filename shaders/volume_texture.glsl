@@ -44,11 +44,20 @@ vec3 gradient_of(vec4 texel) {
 #endif
 }
 
+// The number in a texel that stands for its value.
+float stored_value(vec4 texel) {
+    return GRADIENT != 0 ? texel.a : texel.r;
+}
+
+// The value that a number stands for; NaN where it is missing.
+float value_from(float stored) {
+#if MISSING
+    if (abs(stored) > held_missing_from) stored = uintBitsToFloat(0x7fc00000u);
+#endif
+    return stored;
+}
+
 // Value in a texel; NaN where it is missing.
 float value_of(vec4 texel) {
-    float value = GRADIENT != 0 ? texel.a : texel.r;
-#if MISSING
-    if (abs(value) > held_missing_from) value = uintBitsToFloat(0x7fc00000u);
-#endif
-    return value;
+    return value_from(stored_value(texel));
 }

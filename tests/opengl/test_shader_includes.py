@@ -42,6 +42,7 @@ def slabs_of(*classifications: int) -> list[Switches]:
 # Switches of each included file; no others are defined when it is compiled.
 SWITCHES: dict[str, list[Switches]] = {
     "box_walk.glsl": VISIBLE,
+    "best_cells.glsl": [{}],
     "brick.glsl": product(BRICKS=EITHER),
     "classify.glsl": [
         each | {"SHALLOW": each["RAMPS"] // 2, "SPREAD": spread, "FETCHED": each["MISSING"]}
@@ -50,6 +51,7 @@ SWITCHES: dict[str, list[Switches]] = {
     ],
     "compositing.glsl": product(SHALLOW=EITHER, COUNT=EITHER),
     "each_ramp.glsl": product(RAMPS=NUMBERS_OF_RAMPS),
+    "corner_values.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "end_slabs.glsl": [
         each | {"AT_ONCE": 2, "WHOLE_SLABS": 0, "CAPS": caps} for each in slabs_of(0, 1, 2, 3) for caps in EITHER
     ],

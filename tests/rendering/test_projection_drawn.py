@@ -283,8 +283,8 @@ def test_nothing_is_nothing(renderer, mode):
 # The checks can fail.
 
 LOST_PLANES = (
-    "vec3 planes_behind(SampleWalk walk, float apart, float before, float depth)",
-    "return planes_behind_right(walk, apart, before, depth) + apart;",
+    "float next_depth(SampleWalk walk, float end, inout vec3 planes)",
+    "float depth = next_depth_right(walk, end, planes); planes += 1.0; return depth;",
 )
 HUNDREDTH = (
     "vec4 part_of_integral(float value, float fraction)",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from texvol.scene.volume import Volume
-from texvol.slicing.bounds import CELL, bounds_of, side_of
+from texvol.slicing.bounds import CELL, bounds_of, side_of, with_large_cells
 
 
 @pytest.mark.parametrize("reduce", [np.fmax, np.fmin])
@@ -24,5 +24,21 @@ def test_a_bound_is_the_extreme_from_plane_to_plane(shape, reduce):
 
 def test_cells_of_long_volumes_fit_a_texture():
     assert side_of(Volume(np.zeros((2, 2, 300), np.uint8))) == CELL
-    long = Volume(np.zeros((1, 1, 2048 * CELL + 1), np.uint8))
-    assert side_of(long) == CELL + 1 and bounds_of(long.values, CELL + 1, np.fmax).shape[2] <= 2048
+    most = 1632 * CELL
+    for count, side in ((most, CELL), (most + 1, CELL + 1)):
+        long = Volume(np.zeros((count, 1, 1), np.uint8))
+        assert side_of(long) == side
+        assert 1600 < len(with_large_cells(bounds_of(long.values, side, np.fmax), np.fmax, 0)) <= 2048
+
+
+@pytest.mark.parametrize("shape", [(1, 4, 5), (8, 3, 12), (7, 9, 6)])
+def test_the_bound_of_a_large_cell_is_that_of_its_small_ones(shape):
+    bounds = np.random.default_rng(3).normal(size=shape)
+    levels = with_large_cells(bounds, np.fmax, -9)
+    nz, ny, nx = (-(-count // 4) for count in shape)
+    np.testing.assert_array_equal(levels[: shape[0]], bounds)
+    assert levels.shape == (shape[0] + nz, *shape[1:])
+    for cell in np.ndindex(nz, ny, nx):
+        own = bounds[tuple(slice(4 * c, 4 * c + 4) for c in cell)]
+        assert levels[shape[0] + cell[0], cell[1], cell[2]] == own.max()
+    assert (levels[shape[0] :, ny:] == -9).all() and (levels[shape[0] :, :, nx:] == -9).all()

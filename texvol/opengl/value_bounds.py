@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
-from texvol.slicing.bounds import bounds_of, side_of
+from texvol.slicing.bounds import bounds_of, side_of, with_large_cells
 from texvol.textures.value_storage import stored_values
 from texvol.textures.value_texture import ValueTexture
 from texvol.util.statistics import on_steps
@@ -42,10 +42,11 @@ class ValueBounds:
         extremes = bounds_of(baked.volume.values, side, np.fmax if sign > 0 else np.fmin)
         stored = np.float32(sign) * _stored(extremes, baked)
         bounds = np.where(np.isnan(extremes), _NOTHING, stored - _SAME * np.abs(stored))
-        nz, ny, nx = bounds.shape
-        self._texture = self._gl.texture3d((nx, ny, nz), 1, np.ascontiguousarray(bounds), dtype="f4")
+        levels = with_large_cells(bounds, np.fmax, _NOTHING)
+        nz, ny, nx = levels.shape
+        self._texture = self._gl.texture3d((nx, ny, nz), 1, np.ascontiguousarray(levels), dtype="f4")
         self._texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._uniforms = {"cell_side": float(side), "largest_bound": float(bounds.max())}
+        self._uniforms = {"cell_side": float(side), "first_large": float(len(bounds))}
         self._of, self._volume = of, weakref.ref(baked.volume)  # later pictures may do without bounds of this volume
 
     @property
@@ -56,7 +57,7 @@ class ValueBounds:
 
     @property
     def uniforms(self) -> dict[str, Any]:
-        """Uniforms of extreme_value.glsl."""
+        """Uniforms of best_cells.glsl."""
         return self._uniforms
 
     def release(self) -> None:

@@ -1,7 +1,8 @@
 """Bounds: the largest or least value in small cells, so that a ray skips cells that cannot raise what it has met.
 
 A cell spans a few samples from plane to plane: cell c of side s holds what is interpolated between the planes through
-the samples s c - 1 and s (c + 1) - 1 along each axis, and the outermost cells what lies beyond.
+the samples s c - 1 and s (c + 1) - 1 along each axis, and the outermost cells what lies beyond. A large cell is 4 small
+ones along each axis: rays look into those whose bound is larger than what they know only.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
 
-CELL = 4  # samples along an axis: 3 and 6 take as long, 2 a fifth longer
-_MOST_ALONG_AN_AXIS = 2048  # texels, of which every device has room for so many
+CELL = 4  # samples along an axis: 2 and 3 take as long, and more memory
+_LARGE = 4  # small cells along the side of a large one, as in best_cells.glsl: 2 takes as long
+_MOST_ALONG_AN_AXIS = 1632  # small cells: with the large ones that is 2040 texels, of 2048 that every device has room for
 
 
 def side_of(volume: Volume) -> int:
@@ -29,3 +31,12 @@ def bounds_of(values: NDArray, side: int, reduce: np.ufunc) -> NDArray:
             reduce.reduce(values[max(at - 1, 0) : at + side], axis=0, out=layer)
         values = np.ascontiguousarray(made.transpose(1, 2, 0))
     return values
+
+
+def with_large_cells(bounds: NDArray, reduce: np.ufunc, nothing: float) -> NDArray:
+    """Return bounds of small cells and, behind them along z, of large ones; `nothing` is beside these."""
+    large = bounds
+    for _ in range(3):
+        large = reduce.reduceat(large, range(0, len(large), _LARGE), axis=0).transpose(1, 2, 0)
+    padding = [(0, small - count) for small, count in zip(bounds.shape, large.shape, strict=True)]
+    return np.concatenate([bounds, np.pad(large, [(0, 0), *padding[1:]], constant_values=nothing)])
