@@ -66,7 +66,8 @@ def test_the_shader_interpolates_as_an_exact_driver_does(renderer: Renderer, coa
     exact = renderer.render(scene, SIZE, **FLOATS)
     scale = max(float(np.abs(exact[np.isfinite(exact)]).max()), 1.0)
     by_driver, by_shader = (coarse.render(scene, SIZE, interpolation=each, **FLOATS) for each in ("driver", "shader"))
-    assert np.abs(by_driver - exact).max() > 10 * SAME * scale
+    off = np.abs(by_driver - exact).max()
+    assert off <= SAME * scale if name == "mip" else off > 10 * SAME * scale  # mip fetches the corners of cells
     assert np.abs(by_shader - exact).max() <= SAME * scale
 
 

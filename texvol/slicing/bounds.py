@@ -14,7 +14,7 @@ from texvol.scene.volume import Volume
 
 CELL = 4  # samples along an axis: 2 and 3 take as long, and more memory
 _LARGE = 4  # small cells along the side of a large one, as in best_cells.glsl: 2 takes as long
-_MOST_ALONG_AN_AXIS = 1632  # small cells: with the large ones that is 2040 texels, of 2048 that every device has room for
+_MOST_ALONG_AN_AXIS = 1632  # small cells: with the large ones these are 2040 texels, and every device has room for 2048
 
 
 def side_of(volume: Volume) -> int:
