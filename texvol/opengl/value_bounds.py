@@ -42,7 +42,7 @@ class ValueBounds:
         extremes = bounds_of(baked.volume.values, side, np.fmax if sign > 0 else np.fmin)
         stored = np.float32(sign) * _stored(extremes, baked)
         bounds = np.where(np.isnan(extremes), _NOTHING, stored - _SAME * np.abs(stored))
-        levels = with_large_cells(bounds, np.fmax, _NOTHING)
+        levels = with_large_cells(bounds, np.fmax, float(_NOTHING))
         nz, ny, nx = levels.shape
         self._texture = self._gl.texture3d((nx, ny, nz), 1, np.ascontiguousarray(levels), dtype="f4")
         self._texture.filter = moderngl.NEAREST, moderngl.NEAREST
