@@ -6,15 +6,14 @@
 #include "trilinear.glsl"
 
 flat uniform vec3 samples;        // of the volume, along x, y and z
-uniform sampler3D bounds;         // no value in a small cell is larger; behind the small cells along z are the large ones
+uniform sampler3D bounds;         // no value in a cell is larger; behind the small cells along z are the large ones
 flat uniform float cell_side;     // of a small cell, samples
 flat uniform float first_large;   // where the large ones begin along z
 
 const float LARGE = 4.0;          // small cells along the side of a large one
 const float NOTHING_YET = -3e38;  // less than any bound or value
 
-// Up to eight small cells, in the order of their bounds, and those of one bound in the order of depth. A cell is known
-// by a depth at which the ray is in it.
+// Up to eight small cells, in the order of their bounds. A cell is known by a depth at which the ray is in it.
 struct BestCells {
     vec4 bounds;
     vec4 depths;
@@ -60,12 +59,12 @@ SampleWalk walk_through_cells(SampleWalk walk) {
     return walk;
 }
 
-// The cells of a size that hold a place between samples, of which the lowest is `low`: their number along each axis.
+// The cell of a size, counted along each axis, with a place between samples of which the lowest is `low`.
 vec3 cell_at(vec3 low, float side) {
     return floor((low + 0.5) * (1.0 / side));
 }
 
-// Bound of the cell of a size with a place between samples, of which `low` is the lowest.
+// Bound of the cell of a size with a place between samples of which the lowest is `low`.
 float bound_of(SampleWalk walk, vec3 low, float side) {
     vec3 place = clamp(walk.sign * low + min(walk.sign, 0.0), vec3(0.0), samples - 1.0);
     vec3 cell = cell_at(place, side);
@@ -73,16 +72,17 @@ float bound_of(SampleWalk walk, vec3 low, float side) {
     return texelFetch(bounds, ivec3(cell), 0).r;
 }
 
-// The small cells of the largest bounds, of those that a ray enters between two depths. Bounds are larger than `known`,
-// and come behind `last`, bound and depth, in the order of the cells.
-BestCells best_cells(SampleWalk walk, vec2 depths, float known, vec2 last) {
+// Small cells that a ray enters from `from` to `end`, whose bounds are larger than `known`: those of the largest bounds,
+// or only the first ones, of those behind `last`, bound and depth, in the order of bounds and depths. `from` becomes
+// the depth at which the search ends.
+BestCells best_cells(SampleWalk walk, inout float from, float end, float known, vec2 last, bool only_first) {
     const vec4 NONE = vec4(NOTHING_YET);
     BestCells best = BestCells(NONE, NONE, NONE, NONE);
-    vec3 low = floor(walk.start + depths.x * walk.direction);
-    float depth = depths.x;
+    vec3 low = floor(walk.start + from * walk.direction);
     float large = LARGE * cell_side;
     float side = large;
-    while (depth < depths.y) {
+    bool goes_on = from < end;
+    while (goes_on) {
         float bound = bound_of(walk, low, side);
         bool is_better = bound > max(known, best.more_bounds.w);
         if (is_better && side > cell_side) {
@@ -90,18 +90,19 @@ BestCells best_cells(SampleWalk walk, vec2 depths, float known, vec2 last) {
         } else {
             vec3 ends = side * (cell_at(low, side) + 1.0);
             vec3 end_depths = (ends - walk.start) * walk.depth_per_sample;
-            float leaving = max(min(end_depths.x, min(end_depths.y, end_depths.z)), depth);
-            float middle = 0.5 * (depth + leaving);
+            float leaving = max(min(end_depths.x, min(end_depths.y, end_depths.z)), from);
+            float middle = 0.5 * (from + leaving);
             bool is_behind = bound < last.x || (bound == last.x && middle > last.y);
-            put_cell(best, vec2(is_better && is_behind && leaving > depth ? bound : NOTHING_YET, middle));
+            put_cell(best, vec2(is_better && is_behind && leaving > from ? bound : NOTHING_YET, middle));
             // Along the axis that the ray leaves by the next place is known; along others rounding takes none back.
             vec3 next = max(floor(walk.start + leaving * walk.direction), low);
             next = mix(next, ends, lessThanEqual(end_depths, vec3(leaving)));
             if (any(notEqual(cell_at(next, large), cell_at(low, large)))) side = large;
             low = next;
-            depth = leaving;
+            from = leaving;
         }
-        if (depth >= depths.y) break;  // see compositing.glsl
+        goes_on = from < end && !(only_first && best.more_bounds.w > NOTHING_YET);
+        if (!goes_on) break;  // see compositing.glsl
     }
     return best;
 }

@@ -1,5 +1,5 @@
-// Values along a piece of a ray in one cell of samples, from those at the cell's corners: eight texels are fetched, where
-// each of four positions would take eight, and weights are float32's whatever the driver's are.
+// Values along a piece of a ray in one cell of samples, from those at the cell's corners: eight texels are fetched,
+// where each of four positions would take eight, and weights are float32's whatever the driver's are.
 //
 // Switches: those of value_pieces.glsl.
 

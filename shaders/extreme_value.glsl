@@ -70,28 +70,38 @@ void look_at_piece(BoxWalk walk, inout PieceWalk ray) {
 }
 
 #if SKIPS
-// Look at the pieces that begin between two depths, in cells of the largest bounds first.
+// Look at the pieces in some cells that begin between two depths.
+void look_into(BoxWalk walk, BestCells best, vec2 depths, inout PieceWalk ray) {
+    float until = ray.depth;
+    bool is_better = best.bounds.x > ray.largest;
+    // One loop for all cells: pixels of one vector need not wait for each other's at the end of each.
+    while (is_better) {
+        if (ray.depth >= until) {
+            vec2 cell = cell_depths(ray.samples, take_cell(best), depths.x, ray.planes);
+            ray.depth = cell.x;
+            until = min(cell.y, depths.y);
+        }
+        look_at_piece(walk, ray);
+        is_better = ray.largest < largest_of_all && (ray.depth < until || best.bounds.x > ray.largest);
+        if (!is_better) break;
+    }
+}
+
+// Look at the pieces that begin between two depths: in the eight cells of the largest bounds first, which mostly
+// exclude all others, and then in those that are left, eight after eight as the ray meets them.
 void look_between(BoxWalk walk, vec2 depths, inout PieceWalk ray) {
     ray.samples = walk_through_cells(ray.samples);
-    vec2 last = vec2(-NOTHING_YET, depths.x);
-    bool goes_on = depths.x < depths.y;
+    float from = depths.x;
+    vec2 last = vec2(-NOTHING_YET, from);
+    BestCells best = best_cells(ray.samples, from, depths.y, ray.largest, last, false);
+    last = vec2(best.more_bounds.w, best.more_depths.w);
+    look_into(walk, best, depths, ray);
+    from = depths.x;
+    bool goes_on = last.x > ray.largest && ray.largest < largest_of_all;
     while (goes_on) {
-        BestCells best = best_cells(ray.samples, depths, ray.largest, last);
-        last = vec2(best.more_bounds.w, best.more_depths.w);
-        float until = ray.depth;
-        bool is_better = best.bounds.x > ray.largest;
-        // One loop for all cells: pixels of one vector need not wait for each other's at the end of each.
-        while (is_better) {
-            if (ray.depth >= until) {
-                vec2 cell = cell_depths(ray.samples, take_cell(best), depths.x, ray.planes);
-                ray.depth = cell.x;
-                until = min(cell.y, depths.y);
-            }
-            look_at_piece(walk, ray);
-            is_better = ray.largest < largest_of_all && (ray.depth < until || best.bounds.x > ray.largest);
-            if (!is_better) break;
-        }
-        goes_on = last.x > ray.largest && ray.largest < largest_of_all;
+        best = best_cells(ray.samples, from, depths.y, ray.largest, last, true);
+        look_into(walk, best, depths, ray);
+        goes_on = from < depths.y && ray.largest < largest_of_all;
         if (!goes_on) break;
     }
 }

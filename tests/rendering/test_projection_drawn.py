@@ -71,6 +71,20 @@ def test_a_cell_of_a_small_bound_is_skipped(renderer, mode, monkeypatch):
     assert abs(every[..., 0]).max() == 1 and abs(skipping[..., 0]).max() == 0.5
 
 
+@pytest.mark.parametrize("mode", ["mip", "minip"])
+def test_what_rays_meet_in_many_cells_of_larger_bounds_is_found(renderer, mode):
+    """Beside each ray along z are 40 samples larger than all that it meets, and what it meets grows along it."""
+    sign = 1 if mode == "mip" else -1
+    values = np.zeros((160, 4, 12), np.float32)
+    values[:, :, :8] = sign * np.linspace(0, 0.5, 160, dtype=np.float32)[:, np.newaxis, np.newaxis]
+    values[2::4, 1, 9] = sign * np.linspace(1, 0.9, 40)
+    volume = Volume(values)
+    camera = Camera.orthographic(volume.centre - (0, 0, 200), volume.centre, (0, 1, 0), height=4)
+    picture = renderer.render(Scene(volume, camera=camera, mode=mode), (36, 12))
+    np.testing.assert_allclose(picture, project(Scene(volume, camera=camera, mode=mode), (36, 12)), rtol=0, atol=1e-6)
+    assert (abs(picture[..., 0]) == 0.5).any() and (abs(picture[..., 0]) > 0.9).any()
+
+
 @every_grid_and_view("xray", "average")
 def test_sums_approach_those_of_the_oracle(renderer, mode, grid, view):
     volume = noise(grid)
@@ -286,6 +300,10 @@ LOST_PLANES = (
     "float next_depth(SampleWalk walk, float end, inout vec3 planes)",
     "float depth = next_depth_right(walk, end, planes); planes += 1.0; return depth;",
 )
+EIGHT_CELLS = (
+    "BestCells best_cells(SampleWalk walk, inout float from, float end, float known, vec2 last, bool only_first)",
+    "return best_cells_right(walk, from, only_first ? from : end, known, last, only_first);",
+)
 HUNDREDTH = (
     "vec4 part_of_integral(float value, float fraction)",
     "return 1.01 * part_of_integral_right(value, fraction);",
@@ -308,3 +326,8 @@ def test_a_planted_mistake_is_seen(mistake):
     mode = {test_extremes_are_exact: ("mip",), test_sums_approach_those_of_the_oracle: ("xray",)}.get(check, ())
     with planted.planted(*mistakes) as wrong, pytest.raises(AssertionError):
         check(wrong, *mode, "sheared", "perspective")
+
+
+def test_what_lies_in_no_cell_of_the_eight_largest_bounds_is_not_left_out():
+    with planted.planted(EIGHT_CELLS) as wrong, pytest.raises(AssertionError):
+        test_what_rays_meet_in_many_cells_of_larger_bounds_is_found(wrong, "mip")
