@@ -7,6 +7,7 @@
 
 flat uniform vec3 samples;        // of the volume, along x, y and z
 uniform sampler3D bounds;         // no value in a cell is larger; behind the small cells along z are the large ones
+flat uniform float largest_bound;
 flat uniform float cell_side;     // of a small cell, samples
 flat uniform float first_large;   // where the large ones begin along z
 
@@ -101,7 +102,7 @@ BestCells best_cells(SampleWalk walk, inout float from, float end, float known, 
             low = next;
             from = leaving;
         }
-        goes_on = from < end && !(only_first && best.more_bounds.w > NOTHING_YET);
+        goes_on = from < end && (only_first ? best.more_bounds.w <= NOTHING_YET : best.more_bounds.w < largest_bound);
         if (!goes_on) break;  // see compositing.glsl
     }
     return best;

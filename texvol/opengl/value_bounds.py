@@ -46,7 +46,8 @@ class ValueBounds:
         nz, ny, nx = levels.shape
         self._texture = self._gl.texture3d((nx, ny, nz), 1, np.ascontiguousarray(levels), dtype="f4")
         self._texture.filter = moderngl.NEAREST, moderngl.NEAREST
-        self._uniforms = {"cell_side": float(side), "first_large": float(len(bounds))}
+        numbers = {"cell_side": side, "first_large": len(bounds), "largest_bound": bounds.max()}
+        self._uniforms = {name: float(number) for name, number in numbers.items()}
         self._of, self._volume = of, weakref.ref(baked.volume)  # later pictures may do without bounds of this volume
 
     @property
