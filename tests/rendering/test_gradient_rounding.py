@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support.scenes import BONE
 
-from texvol import AddedVolume, Light, Lighting, Renderer, Scene, TransferFunction, Volume
+from texvol import AddedVolume, Camera, Light, Lighting, Renderer, Scene, TransferFunction, Volume
 from texvol.rendering import gradient_rounding as rounding
 from texvol.rendering import volume_cache
 from texvol.rendering.error_control import largest_difference
@@ -96,6 +96,21 @@ def test_where_samples_do_not_tell_there_is_no_estimate(changed: Callable[[Scene
 def test_nothing_seen_is_not_rounded() -> None:
     scene = replace(SCENES["fog"](), volume=Volume(np.zeros((9, 9, 9), np.uint8)))
     assert rounding.gradient_rounding(scene.completed(SIZE)) == 0.0
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("shape", [(1, 1, 1), (1, 9, 9), (2, 3, 50), (9, 9, 9)])
+@pytest.mark.parametrize("densest", [0.5, 1e300, np.inf])
+@pytest.mark.parametrize("inside", [False, True])
+def test_the_estimate_is_a_number_in_odd_volumes(shape: tuple[int, int, int], densest: float, inside: bool) -> None:
+    values = np.random.default_rng(2).integers(0, 256, shape).astype(np.uint8)
+    medium = replace(of_bytes(FOG), extinctions=np.array([0, 0.05, densest]))
+    scene = Scene(Volume(values, (1, 2, 1e-3)), medium, lighting=Lighting(), classification="post")
+    if inside:
+        eye = scene.volume.centre + 0.01
+        scene = replace(scene, camera=Camera.perspective(eye, eye + (0.3, 0.2, 1.0), (0, 1, 0), fov=60))
+    estimate = rounding.gradient_rounding(scene.completed(SIZE))
+    assert estimate is not None and np.isfinite(estimate)
 
 
 @pytest.mark.parametrize("asked", [{}, {"sampling_rate": 1.0}])

@@ -68,8 +68,9 @@ def _seen_most(scene: CompleteScene) -> tuple[NDArray[np.intp], NDArray[np.float
     """Return the sample of each ray that is seen most, indices (n, 3) along z, y, x, and what is seen of it, 0 to 1."""
     volume = scene.volume
     eyes, directions = (each.reshape(-1, 3) for each in scene.camera.rays((_RAYS, _RAYS)))
-    nearest, directions, first, last = visible_rays(scene, eyes, directions)
-    length = np.maximum(last - first, 0.0)
+    rays = visible_rays(scene, eyes, directions)
+    nearest, directions, first, last = (each[rays.last > rays.first] for each in rays)
+    length = last - first
     steps = int(np.clip(np.ceil(length.max(initial=0.0) / scene.smallest_spacing), 1, _MOST_STEPS))
     middles = first[:, np.newaxis] + (np.arange(steps) + 0.5) / steps * length[:, np.newaxis]
     places = nearest[:, np.newaxis] + middles[..., np.newaxis] * directions[:, np.newaxis]
@@ -79,6 +80,5 @@ def _seen_most(scene: CompleteScene) -> tuple[NDArray[np.intp], NDArray[np.float
     opacity = opacity_from_depth(extinction * (length / steps)[:, np.newaxis])
     left = np.cumprod(1 - opacity, axis=1)
     seen = opacity * np.column_stack([np.ones(len(left)), left[:, :-1]])
-    most = seen.argmax(axis=1)
-    rays = np.arange(len(most))
-    return index[rays, most], np.where(length > 0, seen[rays, most], 0.0)
+    most = np.arange(len(seen)), seen.argmax(axis=1)
+    return index[most], seen[most]
