@@ -292,8 +292,8 @@ IN_SHADERS = (
         "test_ramps.py test_closed_forms_drawn.py",
     ),
     _wrong(
-        "bool comes_after(float depth, vec4 other)",
-        "return depth > other.y;",
+        "bool comes_after(vec2 here, vec4 other)",
+        "return here.y > other.y;",
         "of two surfaces at the same depth one is lost",
         "test_geometry_drawn.py -k 'at_one_place'",
     ),

@@ -128,8 +128,8 @@ IN_STAGES = (
     ),
     changed(
         "surface.vert",
-        "entry(2 * int(in_numbers.y) + 1)",
-        "entry(2 * int(in_numbers.y))",
+        "kind_of(int(in_numbers.y))",
+        "look_of(int(in_numbers.y))",
         "the kind of a shape is read from its colour",
         "test_geometry_lines.py -k 'translucent_joints'",
     ),

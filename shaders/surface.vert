@@ -3,34 +3,25 @@
 //
 // Switches: LIT 1: some shapes are lit, and primitives have normals.
 
+#include "surface_table.glsl"
+
 in vec2 in_position;     // normalised device coordinates
 in vec2 in_numbers;      // of the primitive, and of the shape that it belongs to
 
-uniform sampler2D table; // two texels for each shape, then some for each primitive; see opengl/surfaces/surfaces.py
-uniform int table_width;
-uniform int shapes;
-
-const int TEXELS = LIT == 1 ? 9 : 6;  // of a primitive
-
 flat out float number;
-flat out vec4 look;      // colour and opacity
-flat out vec4 kind;      // 1 if the shape is lit; if it is cut; if it is lines; and the bit of the lines, or 0
+flat out vec4 look;      // see surface_table.glsl
+flat out vec4 kind;
 flat out vec4 high[3];   // the primitive's numbers, and the rest that float32 leaves of them
 flat out vec4 low[3];
 #if LIT
 flat out vec3 normals[3];
 #endif
 
-// Texel of the table.
-vec4 entry(int index) {
-    return texelFetch(table, ivec2(index % table_width, index / table_width), 0);
-}
-
 void main() {
     number = in_numbers.x;
-    look = entry(2 * int(in_numbers.y));
-    kind = entry(2 * int(in_numbers.y) + 1);
-    int first = 2 * shapes + TEXELS * int(number);
+    look = look_of(int(in_numbers.y));
+    kind = kind_of(int(in_numbers.y));
+    int first = first_texel(int(number));
     for (int i = 0; i < 3; ++i) {
         high[i] = entry(first + i);
         low[i] = entry(first + 3 + i);

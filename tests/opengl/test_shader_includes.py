@@ -39,6 +39,7 @@ def slabs_of(*classifications: int) -> list[Switches]:
     ]
 
 
+OF_A_SURFACE = product(LINES=EITHER, HALF_SPACES=(0, 7), PERSPECTIVE=EITHER, POINT_LIGHTS=(0, 2))
 # Switches of each included file; no others are defined when it is compiled.
 SWITCHES: dict[str, list[Switches]] = {
     "box_walk.glsl": VISIBLE,
@@ -98,6 +99,14 @@ SWITCHES: dict[str, list[Switches]] = {
     "slab_runs.glsl": [WHOLE | each for each in product(SKIPS=EITHER, CLASSIFICATION=(0, 2, 3), BRICKS=EITHER)],
     "slab_stack.glsl": rows("slab_stack")[:8],
     "stack_walk.glsl": [seen | each for seen in VISIBLE for each in product(PERSPECTIVE=EITHER, BRICKS=EITHER)],
+    "surface_color.glsl": [
+        each | {"PERSPECTIVE": either, "CUE": either, "FETCHED": 0}
+        for each in [NO_LIGHT, *EVERY_LIGHT]
+        for either in EITHER
+    ],
+    "surface_hit.glsl": OF_A_SURFACE,
+    "surface_lists.glsl": [each | {"LIT": each["LINES"]} for each in OF_A_SURFACE],
+    "surface_table.glsl": product(LIT=EITHER),
     "value_pieces.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "visible.glsl": VISIBLE,
     "volume_texture.glsl": product(BRICKS=EITHER, GRADIENT=(0, 1, 2), WEIGHTS=EITHER, MISSING=EITHER, FETCHED=EITHER),

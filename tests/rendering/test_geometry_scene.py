@@ -19,7 +19,7 @@ from support.shapes import Quad, box_ends, fog_between, hits_of, quad
 from texvol import Camera, ClipPlane, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.geometry import Lines
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import FOLDER, load_program
+from texvol.opengl.shaders import FOLDER, load_compute, load_program
 from texvol.opengl.uniforms import NO_LIGHT
 from texvol.rendering.modelled import modelled
 
@@ -296,6 +296,11 @@ def test_every_combination_of_switches_compiles(context: Context, lights: dict[s
     for planes, direction, lines, cue in pairs:
         switches = {"PERSPECTIVE": direction, "HALF_SPACES": planes, "LINES": lines, "CUE": cue, "FETCHED": 0}
         load_program(context.gl, "surface", defines=NO_LIGHT | lights | switches)
+        load_program(context.gl, "surface_next", defines=NO_LIGHT | lights | switches, vertex="corner.vert")
+        of_hits = {
+            name: (NO_LIGHT | lights | switches)[name] for name in ("LIT", "PERSPECTIVE", "HALF_SPACES", "LINES")
+        }
+        load_compute(context.gl, "surface_hits", defines=of_hits | {"POINT_LIGHTS": 0})
     load_program(context.gl, "texels", vertex="corner.vert")
 
 

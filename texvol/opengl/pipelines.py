@@ -121,7 +121,7 @@ def draw_rays(
     (texture,) = target.color_attachments
     assert isinstance(texture, moderngl.Texture)
     switches = {**draw.switches, "TARGET": _TARGETS[texture.dtype], "BLENDING": _BLENDINGS[draw.blending]}
-    shader = programs.compute(draw.name, switches)
+    shader = programs.compute("rays", switches, {"DRAWN": f"{draw.name}.glsl"})
     x, y, width, height = covered(draw.stacks, target.size)
     low, high = np.array([x, y]), np.array([x + width, y + height])
     bind(shader, draw.units, draw.uniforms)

@@ -82,11 +82,12 @@ class Programs:
         key = (name, *sorted(switches.items()))
         return self._kept(key, load)
 
-    def compute(self, drawn: str, switches: Mapping[str, int]) -> moderngl.ComputeShader:
-        """Return the compute shader rays.comp, which draws what `drawn`.glsl does."""
-        named = {"DRAWN": f"{drawn}.glsl"}
-        load = partial(load_compute, self._gl, "rays", named=named, defines=switches, folder=self._folder)
-        return self._kept((f"rays.comp {drawn}", *sorted(switches.items())), load)
+    def compute(
+        self, name: str, switches: Mapping[str, int], named: Mapping[str, str] = MappingProxyType({})
+    ) -> moderngl.ComputeShader:
+        """Return the compute shader `name`.comp; `named` are the files that it includes by names."""
+        load = partial(load_compute, self._gl, name, named=named, defines=switches, folder=self._folder)
+        return self._kept((" ".join([f"{name}.comp", *named.values()]), *sorted(switches.items())), load)
 
     def _kept(self, key: tuple[Any, ...], load: Callable[[], Program]) -> Program:
         program = cast(Program, self.kept.pop(key, None)) or load()

@@ -81,7 +81,7 @@ class SceneCache:
         if self._surfaces is None:
             from texvol.opengl.surfaces.surfaces import Surfaces
 
-            self._surfaces = Surfaces(self._context.gl)
+            self._surfaces = Surfaces(self._context.gl, self._budget // 4)
         self._surfaces.prepare(scene, size, settings.slab_thickness)
         return self._surfaces
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from texvol.scene.camera import Camera
 from texvol.scene.shapes import Lines, Mesh, Shape
 from texvol.scene.volume import Volume
+from texvol.util.threads import in_threads
 
 Numbers = NDArray[np.float64]
 EDGE_ON = 1e-12  # sine of the angle under which a triangle is seen edge on, and so not at all
@@ -26,17 +27,20 @@ TIE = 2.0**-12  # pixels by which a line's band is moved, so that rounding doesn
 _MARGIN = 1 / 16  # pixel around what a primitive covers: drivers snap corners to 1/256, and float32 rounds them
 _FARTHEST = 16  # pictures: beyond, float32 has too few digits left for corners
 _DEEPEST = 1e30  # slabs
+_MARGINS = np.array([[-_MARGIN], [_MARGIN]])
+_AT_ONCE = 1 << 14  # triangles of one thread's part, whose numbers stay in the cache of a core
 
 
 class Primitives(NamedTuple):
-    """Triangles and lines that the picture may show, in the order of the scene."""
+    """Triangles and lines that the picture may show, in the order of the scene: those near the centre of a pixel."""
 
     # Of a triangle the rows (a, b, c, d), shape (n, 3, 4): its e_i is a x + b y + c, and its corner is at depth d. Of a
     # line the ends (x, y, 1 / W, depth) and, in the third row, half the width.
     numbers: Numbers
     normals: Numbers  # at the corners, of length 1 or 0, (n, 3, 3)
-    # Corners of two triangles, in pixels from the middle, that cover the primitive, shape (n, 6, 2); the fragments of a
-    # pixel come in the order of the primitives.
+    rectangles: Numbers  # low and high corner around the primitive, in pixels from the middle, (n, 2, 2)
+    # Corners of two triangles that cover the primitive, shape (n, 6, 2); the fragments of a pixel come in the order of
+    # the primitives. Shape (n, 0, 2) where none were asked for.
     covers: Numbers
     shape: NDArray[np.int64]  # number of the shape that the primitive belongs to, (n)
 
@@ -47,6 +51,7 @@ class _View(NamedTuple):
     centre: Numbers  # of the volume
     pixel: float  # world units, at depth 1 in perspective
     slab_thickness: float
+    covered: bool  # True if covers are asked for
 
     @property
     def diverges(self) -> bool:
@@ -63,37 +68,77 @@ class _View(NamedTuple):
         return points, depths
 
 
+class _Placed(NamedTuple):
+    """Vertices of a mesh in the picture."""
+
+    points: Numbers  # homogeneous, (n, 3)
+    positions: Numbers  # in pixels from the middle, (n, 2)
+    depths: Numbers  # in slabs
+    normals: Numbers | None  # of length 1 or 0, (n, 3)
+
+
 def primitives_of(
-    shapes: Sequence[Shape], volume: Volume, camera: Camera, size: tuple[int, int], slab_thickness: float
+    shapes: Sequence[Shape],
+    volume: Volume,
+    camera: Camera,
+    size: tuple[int, int],
+    slab_thickness: float,
+    *,
+    covered: bool = True,
 ) -> Primitives:
     """All of them, those that can't be seen left out; `size` is (width, height) in pixels."""
     pixel = 2 * camera.half_height / size[1]
-    view = _View(camera, np.array(size) / 2, volume.centre, pixel, slab_thickness)
-    parts = [
-        _lines(shape, view, number) if isinstance(shape, Lines) else _triangles(shape, view, number)
-        for number, shape in enumerate(shapes)
-    ]
+    view = _View(camera, np.array(size) / 2, volume.centre, pixel, slab_thickness, covered)
+    parts: list[Primitives] = []
+    for number, shape in enumerate(shapes):
+        parts += [_lines(shape, view, number)] if isinstance(shape, Lines) else _triangles(shape, view, number)
     return Primitives(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
 
 
-def _triangles(mesh: Mesh, view: _View, number: int) -> Primitives:
-    corners = mesh.vertices[mesh.triangles]
-    facet, is_seen = _facets(corners, view)
-    points, depths = (each[mesh.triangles] for each in view.points(mesh.vertices))
-    if view.diverges:
-        is_seen &= (points[..., 2] > 0).any(axis=1)
-    index = np.flatnonzero(is_seen)
-    points, depths, facet = points[index], depths[index], facet[index]
+def pixels_of(rectangles: Numbers, half: Numbers) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First pixels, and those behind the last, whose centres lie in rectangles (n, 2, 2); both have shape (n, 2)."""
+    with np.errstate(invalid="ignore"):
+        low, high = (np.clip(rectangles[:, i], -half - 1, half + 1) + half - 0.5 for i in (0, 1))
+        first = np.maximum(np.ceil(np.where(np.isnan(low), np.inf, low)), 0.0)
+        end = np.minimum(np.floor(np.where(np.isnan(high), -np.inf, high)) + 1, 2 * half)
+    empty = ~(first < end).all(axis=1)
+    first[empty] = end[empty] = 0.0
+    return first.astype(np.int64), end.astype(np.int64)
+
+
+def _triangles(mesh: Mesh, view: _View, number: int) -> list[Primitives]:
+    points, depths = view.points(mesh.vertices)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        positions = points[:, :2] / points[:, 2:]
+    placed = _Placed(points, positions, depths, None if mesh.normals is None else _units(mesh.normals))
+    starts = range(0, max(len(mesh.triangles), 1), _AT_ONCE)
+    parts = [mesh.triangles[start : start + _AT_ONCE] for start in starts]
+    return in_threads(lambda triangles: _some_triangles(mesh, triangles, placed, view, number), parts)
+
+
+def _some_triangles(
+    mesh: Mesh, triangles: NDArray[np.integer], placed: _Placed, view: _View, number: int
+) -> Primitives:
+    through_eye = (placed.points[:, 2] <= 0)[triangles]
+    rectangles = _around(placed.positions[triangles])
+    first, end = pixels_of(rectangles, view.half)
+    may_be_seen = np.where(through_eye.any(axis=1), ~through_eye.all(axis=1), (first < end).all(axis=1))
+    facet, is_seen = _facets(mesh.vertices[triangles[may_be_seen]], view)
+    kept = np.flatnonzero(may_be_seen)[is_seen]
+    triangles, rectangles, facet = triangles[kept], rectangles[kept], facet[is_seen]
+    points, depths, cut = placed.points[triangles], placed.depths[triangles], through_eye[kept].any(axis=1)
     edges = np.cross(points[:, [1, 2, 0]], points[:, [2, 0, 1]])
     edges *= np.sign((points[:, 0] * edges[:, 0]).sum(axis=1))[:, np.newaxis, np.newaxis]
     edges *= _power_of_two(edges.reshape(-1, 9))[:, np.newaxis, np.newaxis]
-    covers = _covers(points, edges, view)
-    if mesh.normals is None:
-        normals = np.broadcast_to(facet[:, np.newaxis], (len(index), 3, 3))
+    if cut.any():
+        rectangles[cut] = _cut_rectangles(points[cut], edges[cut], view.half + _MARGIN) + _MARGINS
+    covers = _covers(placed.positions[triangles], rectangles, cut, view) if view.covered else None
+    if placed.normals is None:
+        normals = np.broadcast_to(facet[:, np.newaxis], (len(kept), 3, 3))
     else:
-        normals = _units(mesh.normals)[mesh.triangles[index]]
+        normals = placed.normals[triangles]
     numbers = np.concatenate([edges, depths[..., np.newaxis]], axis=-1)
-    return _inside_picture(numbers, normals, covers, number, view)
+    return _inside_picture(numbers, normals, rectangles, covers, number, view)
 
 
 def _lines(lines: Lines, view: _View, number: int) -> Primitives:
@@ -120,7 +165,8 @@ def _lines(lines: Lines, view: _View, number: int) -> Primitives:
     numbers[backward, :2] = numbers[backward, 1::-1]
     reach = radius + _MARGIN
     rectangles = np.stack([numbers[:, :2, :2].min(axis=1) - reach, numbers[:, :2, :2].max(axis=1) + reach], axis=1)
-    return _inside_picture(numbers, np.zeros((len(numbers), 3, 3)), _as_triangles(rectangles, view), number, view)
+    covers = _as_triangles(rectangles, view) if view.covered else None
+    return _inside_picture(numbers, np.zeros((len(numbers), 3, 3)), rectangles, covers, number, view)
 
 
 def _facets(corners: Numbers, view: _View) -> tuple[Numbers, NDArray[np.bool_]]:
@@ -133,20 +179,21 @@ def _facets(corners: Numbers, view: _View) -> tuple[Numbers, NDArray[np.bool_]]:
     return normals, np.abs((normals * direction).sum(axis=-1)) > EDGE_ON * distance
 
 
-def _covers(points: Numbers, edges: Numbers, view: _View) -> Numbers:
-    """Two triangles around each of triangles (n, 3, 3): around its rectangle, or just itself, whichever is smaller."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        positions = points[..., :2] / points[..., 2:]
-    rectangles = np.stack([positions.min(axis=1), positions.max(axis=1)], axis=1)
-    through_eye = (points[..., 2] <= 0).any(axis=1)
-    if through_eye.any():
-        rectangles[through_eye] = _cut_rectangles(points[through_eye], edges[through_eye], view.half + _MARGIN)
-    covers = _as_triangles(rectangles + np.array([[-_MARGIN], [_MARGIN]]), view)
+def _around(positions: Numbers) -> Numbers:
+    """Rectangles (n, 2, 2) around triangles (n, 3, 2), with a margin."""
+    a, b, c = (positions[:, i] for i in range(3))
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    return np.stack([low, high], axis=1) + _MARGINS
+
+
+def _covers(positions: Numbers, rectangles: Numbers, cut: NDArray[np.bool_], view: _View) -> Numbers:
+    """Two triangles around each of triangles (n, 3, 2): its rectangle, or just itself, whichever is smaller."""
+    covers = _as_triangles(rectangles, view)
     around = _widened(positions)
     with np.errstate(invalid="ignore"):
         is_near = (np.abs(around) < _FARTHEST * view.half).all(axis=(1, 2))
         is_smaller = _area(around) < 2 * _area(covers[:, :3])
-    itself = np.flatnonzero(is_near & is_smaller & ~through_eye)
+    itself = np.flatnonzero(is_near & is_smaller & ~cut)
     covers[itself, :3], covers[itself, 3:] = around[itself], around[itself, :1]
     return covers
 
@@ -222,12 +269,15 @@ def _in_frustum(a: Numbers, b: Numbers, half: Numbers) -> tuple[Numbers, Numbers
     return first, last
 
 
-def _inside_picture(numbers: Numbers, normals: Numbers, covers: Numbers, shape: int, view: _View) -> Primitives:
+def _inside_picture(
+    numbers: Numbers, normals: Numbers, rectangles: Numbers, covers: Numbers | None, shape: int, view: _View
+) -> Primitives:
     """Return the part inside the picture."""
-    with np.errstate(invalid="ignore"):
-        touches = (covers.min(axis=1) < view.half) & (covers.max(axis=1) > -view.half)
-    kept = touches.all(axis=1) & np.isfinite(numbers).all(axis=(1, 2))
-    return Primitives(numbers[kept], normals[kept], covers[kept], np.full(int(kept.sum()), shape, np.int64))
+    first, end = pixels_of(rectangles, view.half)
+    kept = (first < end).all(axis=1) & np.isfinite(numbers).all(axis=(1, 2))
+    count = int(kept.sum())
+    covers = np.empty((count, 0, 2)) if covers is None else covers[kept]
+    return Primitives(numbers[kept], normals[kept], rectangles[kept], covers, np.full(count, shape, np.int64))
 
 
 def _power_of_two(rows: Numbers) -> Numbers:

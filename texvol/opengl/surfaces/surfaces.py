@@ -1,26 +1,28 @@
 """Surfaces and lines inside the medium; each ray alternates between intervals of the medium and surfaces.
 
     opaque shapes                ─► the position where each ray ends
-    translucent ones, repeatedly ─► the next position on each ray, and what it sees there (depth peeling, Everitt 2001)
+    translucent ones, repeatedly ─► the next position on each ray, and what it sees there
     between two positions        ─► an interval, in which the volume is drawn as usual, with its end slabs cut
 
-and all of it is composited front to back. Imported, compiled and allocated when a scene has geometry.
+and all of it is composited front to back. The next positions are found by depth peeling (Everitt 2001), or in lists
+(hit_lists.py), which are equal. Imported, compiled and allocated when a scene has geometry.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
-from typing import Any
+from functools import partial
+from typing import Any, NamedTuple
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.drawing import Drawing
 from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, Programs, bind, draw_triangles
-from texvol.opengl.surfaces.on_screen import Primitives, primitives_of
+from texvol.opengl.surfaces.hit_lists import HitLists, has_lists
+from texvol.opengl.surfaces.on_device import TABLE_WIDTH, Kind, OnDevice
 from texvol.opengl.uniforms import (
     NO_LIGHT,
     cue_uniforms,
@@ -32,27 +34,28 @@ from texvol.opengl.uniforms import (
 )
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
-from texvol.scene.shapes import Lines, Mesh, Shape
 from texvol.util.errors import InputError
 
 _BEYOND = 1e30  # slabs
-_TABLE_WIDTH = 4096
-# Translucent lines are seen once on a ray; which it has passed are bits of a float32's whole numbers.
-_MOST_TRANSLUCENT_LINES = 24
-# Places, see surface.frag: before and behind all others.
+_MOST_BYTES = 1 << 29  # of lists of hits
+# Places, see surface_hit.glsl: before and behind all others.
 _BEFORE_ALL = (-1.0, -_BEYOND, 0.0, 0.0)
 _BEHIND_ALL = (float(1 << 24), _BEYOND, 0.0, 0.0)
 
 
 class Surfaces:
-    """Programs, targets and the last scene's shapes on one context; every method needs the context to be current."""
+    """Programs, targets and the last scene's shapes on one context; every method needs the context to be current.
 
-    def __init__(self, gl: moderngl.Context) -> None:
+    `most_bytes` is what lists of hits may take on the device; where they need more, shapes are peeled.
+    """
+
+    def __init__(self, gl: moderngl.Context, most_bytes: int = _MOST_BYTES) -> None:
         self._gl = gl
         self._programs = Programs(gl, FOLDER)
         self._targets: _Targets | None = None
-        self._shapes: _OnDevice | None = None
+        self._shapes: OnDevice | None = None
         self._shapes_for: tuple[Any, ...] | None = None
+        self._lists = HitLists(gl, self._programs, min(most_bytes, _MOST_BYTES))
         self._lighting: Lighting | None = None
         self._limit: moderngl.Texture | None = None  # positions at which rays end, of a depth picture
         self._limit_for: tuple[Any, ...] = ()
@@ -69,12 +72,13 @@ class Surfaces:
         self._prepare_limit(scene, size, slab_thickness)
         camera = scene.camera
         self._lighting = scene.surface_lighting
-        asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is None)
+        asked = (scene.geometry, scene.volume, camera, size, slab_thickness, self._lighting is not None)
         if not scene.geometry:
             self._release_shapes()
+            self._lists.release()
         elif self._shapes is None or self._shapes_for != asked:
             self._release_shapes()
-            self._shapes = _OnDevice(self._gl, scene, size, slab_thickness)
+            self._shapes = OnDevice(self._gl, *asked, in_rectangles=has_lists(self._gl, scene.geometry))
             self._shapes_for = asked
         if self._targets is None or self._targets.size != size:
             self._release_targets()
@@ -110,8 +114,9 @@ class Surfaces:
         if shapes is None:
             yield _between(drawing, here, last)
             return
-        any_opaque = self._finds_next(drawing, shapes.opaque, here, there, last)
-        while self._finds_next(drawing, shapes.translucent, here, last, there):
+        any_opaque = self._finder(drawing, "opaque", there)(here, last)
+        finds_next = self._finder(drawing, "translucent", last)
+        while finds_next(here, there):
             yield _between(drawing, here, there)
             self._composite(there, drawing, compositor)
             here, there = there, here
@@ -119,18 +124,38 @@ class Surfaces:
         if any_opaque:
             self._composite(last, drawing, compositor)
 
-    def _finds_next(
-        self, drawing: Drawing, vertices: moderngl.Buffer | None, behind: _Layer, in_front_of: _Layer, into: _Layer
-    ) -> bool:
-        """Find the next surfaces between two layers and draw them `into` a third; return False if there are none."""
-        if vertices is None:
-            return False
-        assert self._shapes is not None and self._targets is not None
-        gl, nearest = self._gl, self._targets.nearest
-        program = self._program(drawing)
-        uniforms = _uniforms(drawing, self._lighting, self._shapes.count)
-        textures = {"table": self._shapes.table, "behind": behind.positions, "in_front_of": in_front_of.positions}
-        array = gl.vertex_array(program, [(vertices, "2f 2f", "in_position", "in_numbers")])
+    def _finder(self, drawing: Drawing, name: str, in_front_of: _Layer) -> Callable[[_Layer, _Layer], bool]:
+        """Return a function that draws the next surfaces of a kind behind one layer into another, if any."""
+        shapes = self._shapes
+        assert shapes is not None and self._shapes_for is not None
+        kind: Kind | None = getattr(shapes, name)
+        if kind is None:
+            return lambda behind, into: False
+        uniforms = _uniforms(drawing, self._lighting, shapes.count)
+        search = _Search(shapes, kind, self._switches(drawing, shapes), uniforms, in_front_of)
+        if not shapes.in_rectangles:
+            return partial(self._peels, search)
+        if self._lists.find(shapes, kind, in_front_of.positions, search.switches, uniforms):
+            return partial(self._draws_next, search)
+        shapes.release()
+        self._shapes = OnDevice(self._gl, *self._shapes_for, in_rectangles=False)
+        return self._finder(drawing, name, in_front_of)
+
+    def _draws_next(self, search: _Search, behind: _Layer, into: _Layer) -> bool:
+        """Draw the next surfaces of lists behind a layer into another; False if none are left."""
+        into.all.clear()
+        self._copy(search.in_front_of.positions, into.positions_only)
+        into.all.use()
+        with self._query:
+            self._lists.draw_next(search.shapes, search.switches, search.textures(behind), search.uniforms)
+        return bool(self._query.samples)
+
+    def _peels(self, search: _Search, behind: _Layer, into: _Layer) -> bool:
+        """Find the next surfaces behind a layer and draw them into another; False if none are left."""
+        assert self._targets is not None
+        gl, nearest, uniforms = self._gl, self._targets.nearest, search.uniforms
+        program = self._programs.program("surface", search.switches, "surface.vert")
+        array = gl.vertex_array(program, [(search.kind.buffer, "2f 2f", "in_position", "in_numbers")])
         try:
             self._targets.nearest_only.clear(_BEYOND)
             self._targets.nearest_only.use()
@@ -138,13 +163,14 @@ class Surfaces:
             gl.enable(moderngl.BLEND)
             gl.blend_equation = (moderngl.MIN, moderngl.MIN)
             # No texture may be read and written at once: while the nearest are found, another stands for them.
+            textures = search.textures(behind)
             bind(program, textures | {"nearest": behind.positions}, uniforms | {"finds_depth": True})
             with self._query:
                 array.render(moderngl.TRIANGLES)
             if not self._query.samples:
                 return False
             into.all.clear()
-            self._copy(in_front_of.positions, into.positions_only)
+            self._copy(search.in_front_of.positions, into.positions_only)
             # Of equally near ones the first of the scene is drawn first, and no other passes the test.
             into.all.use()
             gl.disable(moderngl.BLEND)
@@ -171,21 +197,20 @@ class Surfaces:
         bind(program, {"source": source}, {"factor": (1.0, 1.0, 1.0, 1.0)})
         draw_triangles(gl, program, WHOLE_TARGET, "2f", "in_position")
 
-    def _program(self, drawing: Drawing) -> moderngl.Program:
-        assert self._shapes is not None
+    def _switches(self, drawing: Drawing, shapes: OnDevice) -> dict[str, int]:
         switches = {
             "PERSPECTIVE": int(drawing.is_perspective),
             "HALF_SPACES": len(drawing.cutting),
-            "LINES": int(self._shapes.any_lines),
+            "LINES": int(shapes.any_lines),
             "CUE": int(drawing.depth_cue is not None),
             "FETCHED": 0,  # there is no texture on a surface
         }
-        switches = NO_LIGHT | light_switches(self._lighting) | switches
-        return self._programs.program("surface", switches, "surface.vert")
+        return NO_LIGHT | light_switches(self._lighting) | switches
 
     def release(self) -> None:
         """Release everything on the device."""
         self._programs.release()
+        self._lists.release()
         self._release_shapes()
         self._release_targets()
         self._release_limit()
@@ -243,73 +268,26 @@ class _Targets:
             each.release()
 
 
-class _OnDevice:
-    """The shapes of a scene as they lie in a picture: their table, and rectangles around those of either kind."""
+class _Search(NamedTuple):
+    """A kind of primitives, by which program they are looked for, and the layer in front of which."""
 
-    def __init__(
-        self, gl: moderngl.Context, scene: CompleteScene, size: tuple[int, int], slab_thickness: float
-    ) -> None:
-        geometry = scene.geometry
-        primitives = primitives_of(geometry, scene.volume, scene.camera, size, slab_thickness)
-        self.count = len(geometry)
-        self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
-        lit = scene.surface_lighting is not None
-        table = np.concatenate([_texels_of_shapes(geometry), _texels_of_primitives(primitives, lit)])
-        rows = -(-len(table) // _TABLE_WIDTH)
-        longest = int(gl.info["GL_MAX_TEXTURE_SIZE"])
-        if rows > longest or len(primitives.shape) >= 1 << 24:
-            count = len(primitives.shape)
-            raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
-        padded = np.zeros((rows * _TABLE_WIDTH, 4), np.float32)
-        padded[: len(table)] = table
-        self.table = gl.texture((_TABLE_WIDTH, rows), 4, padded, dtype="f4")
-        self.table.filter = moderngl.NEAREST, moderngl.NEAREST
-        is_opaque = np.array([shape.opacity == 1 for shape in geometry])[primitives.shape]
-        self.opaque, self.translucent = (
-            gl.buffer(vertices) if len(vertices) else None
-            for vertices in (_vertices_of(primitives, kind, size) for kind in (is_opaque, ~is_opaque))
-        )
+    shapes: OnDevice
+    kind: Kind
+    switches: dict[str, int]
+    uniforms: dict[str, Any]
+    in_front_of: _Layer
 
-    def release(self) -> None:
-        for each in (self.table, self.opaque, self.translucent):
-            if each is not None:
-                each.release()
+    def textures(self, behind: _Layer) -> dict[str, moderngl.Texture]:
+        """Return textures by their samplers, with the layer behind which primitives are looked for."""
+        return {
+            "table": self.shapes.table,
+            "behind": behind.positions,
+            "in_front_of": self.in_front_of.positions,
+        }
 
 
 def _between(drawing: Drawing, near: _Layer, far: _Layer) -> Drawing:
     return replace(drawing, interval={"near_positions": near.positions, "far_positions": far.positions})
-
-
-def _texels_of_shapes(shapes: Sequence[Shape]) -> NDArray[np.float32]:
-    """Return two texels for each shape: colour and opacity; 1 if it is lit, cut, lines, and the bit that it has."""
-    texels = np.zeros((len(shapes), 2, 4), np.float32)
-    once = [number for number, shape in enumerate(shapes) if isinstance(shape, Lines) and shape.opacity < 1]
-    if len(once) > _MOST_TRANSLUCENT_LINES:
-        raise InputError(f"scene: at most {_MOST_TRANSLUCENT_LINES} Lines can be translucent, got {len(once)}")
-    for number, shape in enumerate(shapes):
-        texels[number, 0] = *shape.color, shape.opacity
-        bit = float(1 << once.index(number)) if number in once else 0.0
-        texels[number, 1] = isinstance(shape, Mesh) and shape.lit, shape.cut, isinstance(shape, Lines), bit
-    return texels.reshape(-1, 4)
-
-
-def _texels_of_primitives(primitives: Primitives, lit: bool) -> NDArray[np.float32]:
-    """Return six texels for each primitive, its numbers in float32 and what that leaves; three more for normals."""
-    high = primitives.numbers.astype(np.float32)
-    low = (primitives.numbers - high).astype(np.float32)
-    parts = [high, low]
-    if lit:
-        parts.append(np.pad(primitives.normals.astype(np.float32), [(0, 0), (0, 0), (0, 1)]))
-    return np.concatenate(parts, axis=1).reshape(-1, 4)
-
-
-def _vertices_of(primitives: Primitives, which: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.float32]:
-    """Return the corners of the covers of chosen primitives: x, y, number of the primitive, number of its shape."""
-    vertices = np.empty((int(which.sum()), 6, 4), np.float32)
-    vertices[..., :2] = primitives.covers[which] / (np.array(size) / 2)
-    vertices[..., 2] = np.flatnonzero(which)[:, np.newaxis]
-    vertices[..., 3] = primitives.shape[which, np.newaxis]
-    return vertices
 
 
 def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[str, Any]:
@@ -318,7 +296,7 @@ def _uniforms(drawing: Drawing, lighting: Lighting | None, shapes: int) -> dict[
     camera, size, thickness = view.camera, view.size, view.slab_thickness
     middle = float(camera.forward @ (volume.centre - camera.eye))
     uniforms: dict[str, Any] = {
-        "table_width": _TABLE_WIDTH,
+        "table_width": TABLE_WIDTH,
         "shapes": shapes,
         "picture_middle": (size[0] / 2, size[1] / 2),
         "eye_depth": -middle / thickness,
