@@ -78,7 +78,7 @@ class ClassificationChooser:
         return self._last[1]
 
     def _measured(self, scene: Scene, size: Size, settings: Settings, asked: AskedOfModel, views: int) -> Classified:
-        post, slab = (replace(scene, classification=each).completed(size) for each in ("post", "slab"))
+        post, slab = (scene.classified_as(each).completed(size) for each in ("post", "slab"))
         wanted = asked.texture_refinement
         best = wanted if isinstance(wanted, int) else asked.shown(slab, settings.slab_thickness, self._budget)
         seconds = {each: _extra_seconds(slab, size, settings, each, views) for each in (best, 1)}

@@ -24,6 +24,7 @@ from texvol.scene.first_side import towards_side
 from texvol.scene.scene_parts import SceneParts
 from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
+from texvol.util.threads import in_threads
 
 Numbers = NDArray[np.float64]
 
@@ -161,7 +162,7 @@ def _box_of(content: Content, box: Volume) -> Volume:
     weights = content.amounts
     axes = box.direction / np.linalg.norm(box.direction, axis=0)
     along = np.einsum("nk,jk->jn", content.points, np.linalg.inv(axes))
-    ends = np.array([_ends(each, weights, _CLEARLY, content.apart) for each in along])
+    ends = np.array(in_threads(lambda each: _ends(each, weights, _CLEARLY, content.apart), list(along)))
     middle = content.about + axes @ ends.mean(axis=1)
     edges = np.maximum(np.ptp(ends, axis=1), 1e-6 * box.radius)
     return Volume(np.zeros((1, 1, 1)), edges.tolist(), middle, axes, space=box.space)

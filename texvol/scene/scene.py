@@ -270,7 +270,7 @@ class Scene(ShownInNotebooks):
     def _complete(self, size: tuple[int, int]) -> CompleteScene:
         scene = self.looked
         parts: dict[str, Any] = {each.name: getattr(scene, each.name) for each in fields(Scene)}
-        parts["camera"] = self.camera or framed(scene, aspect=size[0] / size[1])
+        parts["camera"] = self.camera or self._framed(size[0] / size[1])
         if self.mask is not None and self.mode != "composite":
             parts |= {"volume": without_hidden(self.volume, self.mask), "mask": None}
         # An isosurface without a transfer function has a colour of its own; other pictures of numbers are grey.
@@ -281,6 +281,13 @@ class Scene(ShownInNotebooks):
         parts["added"] = tuple(replace(each, transfer_function=each.medium) for each in self.added)
         return CompleteScene(**parts)
 
+    def _framed(self, aspect: float) -> Camera:
+        """Return the camera for a picture of that width over height; it is one for all classifications."""
+        known: dict[float, Camera] = self.__dict__.setdefault("_cameras", {})
+        if aspect not in known:
+            known[aspect] = framed(self.looked, aspect=aspect)
+        return known[aspect]
+
     def classified_as(self, classification: Classification) -> Scene:
         """Return the scene in another classification; the same object every time."""
         if classification == self.classification:
@@ -288,6 +295,7 @@ class Scene(ShownInNotebooks):
         known: dict[str, Scene] = self.__dict__.setdefault("_classified", {})
         if classification not in known:
             known[classification] = replace(self, classification=classification)
+            known[classification].__dict__["_cameras"] = self.__dict__.setdefault("_cameras", {})
         return known[classification]
 
     def in_memory(self, what: str) -> Scene:

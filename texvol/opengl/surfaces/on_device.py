@@ -13,7 +13,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.surfaces.on_screen import Primitives, pixels_of, primitives_of
+from texvol.opengl.surfaces.on_screen import Pixels, Primitives, primitives_of
 from texvol.scene.camera import Camera
 from texvol.scene.shapes import Lines, Mesh, Shape
 from texvol.scene.volume import Volume
@@ -58,13 +58,13 @@ class OnDevice:
         in_rectangles: bool,
     ) -> None:
         in_view = geometry, volume, camera, size, slab_thickness
-        primitives = primitives_of(*in_view, covered=not in_rectangles)
-        if in_rectangles and _tiles_of(primitives, size)[0].prod(axis=1).sum() > MOST_RECTANGLES:
-            in_rectangles, primitives = False, primitives_of(*in_view)
+        primitives = primitives_of(*in_view, covered=not in_rectangles, lit=lit)
+        if in_rectangles and _tiles_of(primitives).prod(axis=1).sum() > MOST_RECTANGLES:
+            in_rectangles, primitives = False, primitives_of(*in_view, lit=lit)
         self.in_rectangles = in_rectangles
         self.count = len(geometry)
         self.any_lines = any(isinstance(shape, Lines) for shape in geometry)
-        self.table = _table(gl, geometry, primitives, lit)
+        self.table = _table(gl, geometry, primitives)
         self.shape_of = (
             gl.buffer(primitives.shape.astype(np.uint32)) if in_rectangles and len(primitives.shape) else None
         )
@@ -78,7 +78,7 @@ class OnDevice:
             return None
         if not self.in_rectangles:
             return Kind(gl.buffer(_vertices_of(primitives, which, size)), 0)
-        rectangles = _rectangles_of(primitives, which, size)
+        rectangles = _rectangles_of(primitives, which)
         return Kind(gl.buffer(rectangles), len(rectangles))
 
     def release(self) -> None:
@@ -89,15 +89,16 @@ class OnDevice:
                 each.release()
 
 
-def _table(gl: moderngl.Context, shapes: Sequence[Shape], primitives: Primitives, lit: bool) -> moderngl.Texture:
+def _table(gl: moderngl.Context, shapes: Sequence[Shape], primitives: Primitives) -> moderngl.Texture:
     """Texture of the numbers of shapes and primitives, see surface_table.glsl."""
-    parts = [_texels_of_shapes(shapes), _texels_of_primitives(primitives, lit)]
-    rows = -(-sum(map(len, parts)) // TABLE_WIDTH)
-    if rows > int(gl.info["GL_MAX_TEXTURE_SIZE"]) or len(primitives.shape) >= 1 << 24:
-        count = len(primitives.shape)
+    parts = [_texels_of_shapes(shapes), primitives.texels.reshape(-1, 4)]
+    used, count = sum(map(len, parts)), len(primitives.shape)
+    rows = -(-used // TABLE_WIDTH)
+    if rows > int(gl.info["GL_MAX_TEXTURE_SIZE"]) or count >= 1 << 24:
         raise InputError(f"{count} triangles and lines are in view, more than this driver has memory for")
-    texels = np.zeros((rows * TABLE_WIDTH, 4), np.float32)
-    np.concatenate(parts, out=texels[: sum(map(len, parts))])
+    texels = np.empty((rows * TABLE_WIDTH, 4), np.float32)
+    np.concatenate(parts, out=texels[:used])
+    texels[used:] = 0.0
     table = gl.texture((TABLE_WIDTH, rows), 4, texels, dtype="f4")
     table.filter = moderngl.NEAREST, moderngl.NEAREST
     return table
@@ -116,38 +117,29 @@ def _texels_of_shapes(shapes: Sequence[Shape]) -> NDArray[np.float32]:
     return texels.reshape(-1, 4)
 
 
-def _texels_of_primitives(primitives: Primitives, lit: bool) -> NDArray[np.float32]:
-    """Return six texels for each primitive, its numbers in float32 and what that leaves; three more for normals."""
-    texels = np.zeros((len(primitives.shape), 9 if lit else 6, 4), np.float32)
-    texels[:, :3] = primitives.numbers
-    np.subtract(primitives.numbers, texels[:, :3], out=texels[:, 3:6], casting="same_kind")
-    if lit:
-        texels[:, 6:, :3] = primitives.normals
-    return texels.reshape(-1, 4)
-
-
 def _vertices_of(primitives: Primitives, which: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.float32]:
     """Return the corners of the covers of chosen primitives: x, y, number of the primitive, number of its shape."""
     vertices = np.empty((int(which.sum()), 6, 4), np.float32)
     vertices[..., :2] = primitives.covers[which] / (np.array(size) / 2)
     vertices[..., 2] = np.flatnonzero(which)[:, np.newaxis]
     vertices[..., 3] = primitives.shape[which, np.newaxis]
-    return vertices
+    halves = vertices.reshape(-1, 3, 4)  # where a single triangle covers the primitive, the other one is a point
+    return halves[(halves[:, 0] != halves[:, 1]).any(axis=1)]
 
 
-def _tiles_of(primitives: Primitives, size: tuple[int, int]) -> tuple[NDArray[np.int64], ...]:
-    """Numbers of tiles, first pixels and those behind the last of primitives, each of shape (n, 2)."""
-    first, end = pixels_of(primitives.rectangles, np.array(size) / 2)
-    return -(-(end - first) // _SIDE), first, end
+def _tiles_of(primitives: Primitives) -> Pixels:
+    """Numbers of tiles across and upwards that primitives are looked for in."""
+    return -(-(primitives.pixels[:, 1] - primitives.pixels[:, 0]) // _SIDE)
 
 
-def _rectangles_of(primitives: Primitives, which: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.uint32]:
+def _rectangles_of(primitives: Primitives, which: NDArray[np.bool_]) -> NDArray[np.uint32]:
     """Return the rectangles of pixels of chosen primitives, see surface_hits.comp, in the order of the primitives."""
-    tiles, first, end = (each[which] for each in _tiles_of(primitives, size))
+    numbers, tiles, pixels = np.flatnonzero(which), _tiles_of(primitives)[which], primitives.pixels[which]
     counts = tiles.prod(axis=1)
     of = np.repeat(np.arange(len(tiles)), counts)
     tile = np.arange(len(of)) - np.repeat(np.cumsum(counts) - counts, counts)
-    corner = first[of] + _SIDE * np.stack([tile % tiles[of, 0], tile // tiles[of, 0]], axis=1)
-    sides = np.minimum(end[of] - corner, _SIDE)
-    numbers = np.flatnonzero(which)[of]
-    return np.column_stack([numbers, *(pair[:, 0] | pair[:, 1] << 16 for pair in (corner, sides))]).astype(np.uint32)
+    corner = pixels[of, 0] + _SIDE * np.stack([tile % tiles[of, 0], tile // tiles[of, 0]], axis=1)
+    sides = np.minimum(pixels[of, 1] - corner, _SIDE)
+    return np.column_stack([numbers[of], *(pair[:, 0] | pair[:, 1] << 16 for pair in (corner, sides))]).astype(
+        np.uint32
+    )

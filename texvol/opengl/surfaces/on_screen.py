@@ -22,6 +22,7 @@ from texvol.scene.volume import Volume
 from texvol.util.threads import in_threads
 
 Numbers = NDArray[np.float64]
+Pixels = NDArray[np.int32]
 EDGE_ON = 1e-12  # sine of the angle under which a triangle is seen edge on, and so not at all
 TIE = 2.0**-12  # pixels by which a line's band is moved, so that rounding doesn't decide between two rows at its rims
 _MARGIN = 1 / 16  # pixel around what a primitive covers: drivers snap corners to 1/256, and float32 rounds them
@@ -34,11 +35,11 @@ _AT_ONCE = 1 << 14  # triangles of one thread's part, whose numbers stay in the 
 class Primitives(NamedTuple):
     """Triangles and lines that the picture may show, in the order of the scene: those near the centre of a pixel."""
 
-    # Of a triangle the rows (a, b, c, d), shape (n, 3, 4): its e_i is a x + b y + c, and its corner is at depth d. Of a
-    # line the ends (x, y, 1 / W, depth) and, in the third row, half the width.
-    numbers: Numbers
-    normals: Numbers  # at the corners, of length 1 or 0, (n, 3, 3)
-    rectangles: Numbers  # low and high corner around the primitive, in pixels from the middle, (n, 2, 2)
+    # Of a triangle the rows (a, b, c, d): its e_i is a x + b y + c, and its corner is at depth d. Of a line the ends
+    # (x, y, 1 / W, depth) and, in the third row, half the width. In float32, followed by the rest that it leaves, and
+    # the normals at the corners, of length 1 or 0, where there is light: shape (n, 6, 4), or (n, 9, 4).
+    texels: NDArray[np.float32]
+    pixels: Pixels  # the first one, and the one behind the last, of the rectangle around the primitive, (n, 2, 2)
     # Corners of two triangles that cover the primitive, shape (n, 6, 2); the fragments of a pixel come in the order of
     # the primitives. Shape (n, 0, 2) where none were asked for.
     covers: Numbers
@@ -52,6 +53,7 @@ class _View(NamedTuple):
     pixel: float  # world units, at depth 1 in perspective
     slab_thickness: float
     covered: bool  # True if covers are asked for
+    lit: bool  # True if normals are
 
     @property
     def diverges(self) -> bool:
@@ -85,25 +87,15 @@ def primitives_of(
     slab_thickness: float,
     *,
     covered: bool = True,
+    lit: bool = True,
 ) -> Primitives:
     """All of them, those that can't be seen left out; `size` is (width, height) in pixels."""
     pixel = 2 * camera.half_height / size[1]
-    view = _View(camera, np.array(size) / 2, volume.centre, pixel, slab_thickness, covered)
+    view = _View(camera, np.array(size) / 2, volume.centre, pixel, slab_thickness, covered, lit)
     parts: list[Primitives] = []
     for number, shape in enumerate(shapes):
         parts += [_lines(shape, view, number)] if isinstance(shape, Lines) else _triangles(shape, view, number)
     return Primitives(*(np.concatenate(arrays) for arrays in zip(*parts, strict=True)))
-
-
-def pixels_of(rectangles: Numbers, half: Numbers) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """First pixels, and those behind the last, whose centres lie in rectangles (n, 2, 2); both have shape (n, 2)."""
-    with np.errstate(invalid="ignore"):
-        low, high = (np.clip(rectangles[:, i], -half - 1, half + 1) + half - 0.5 for i in (0, 1))
-        first = np.maximum(np.ceil(np.where(np.isnan(low), np.inf, low)), 0.0)
-        end = np.minimum(np.floor(np.where(np.isnan(high), -np.inf, high)) + 1, 2 * half)
-    empty = ~(first < end).all(axis=1)
-    first[empty] = end[empty] = 0.0
-    return first.astype(np.int64), end.astype(np.int64)
 
 
 def _triangles(mesh: Mesh, view: _View, number: int) -> list[Primitives]:
@@ -119,26 +111,27 @@ def _triangles(mesh: Mesh, view: _View, number: int) -> list[Primitives]:
 def _some_triangles(
     mesh: Mesh, triangles: NDArray[np.integer], placed: _Placed, view: _View, number: int
 ) -> Primitives:
-    through_eye = (placed.points[:, 2] <= 0)[triangles]
+    through_eye = placed.points[triangles, 2] <= 0
     rectangles = _around(placed.positions[triangles])
-    first, end = pixels_of(rectangles, view.half)
-    may_be_seen = np.where(through_eye.any(axis=1), ~through_eye.all(axis=1), (first < end).all(axis=1))
+    pixels = _pixels_in(rectangles, view.half)
+    may_be_seen = np.where(through_eye.any(axis=1), ~through_eye.all(axis=1), _is_any(pixels))
     facet, is_seen = _facets(mesh.vertices[triangles[may_be_seen]], view)
     kept = np.flatnonzero(may_be_seen)[is_seen]
-    triangles, rectangles, facet = triangles[kept], rectangles[kept], facet[is_seen]
+    triangles, rectangles, pixels, facet = triangles[kept], rectangles[kept], pixels[kept], facet[is_seen]
     points, depths, cut = placed.points[triangles], placed.depths[triangles], through_eye[kept].any(axis=1)
     edges = np.cross(points[:, [1, 2, 0]], points[:, [2, 0, 1]])
     edges *= np.sign((points[:, 0] * edges[:, 0]).sum(axis=1))[:, np.newaxis, np.newaxis]
     edges *= _power_of_two(edges.reshape(-1, 9))[:, np.newaxis, np.newaxis]
     if cut.any():
         rectangles[cut] = _cut_rectangles(points[cut], edges[cut], view.half + _MARGIN) + _MARGINS
+        pixels[cut] = _pixels_in(rectangles[cut], view.half)
     covers = _covers(placed.positions[triangles], rectangles, cut, view) if view.covered else None
     if placed.normals is None:
         normals = np.broadcast_to(facet[:, np.newaxis], (len(kept), 3, 3))
     else:
         normals = placed.normals[triangles]
     numbers = np.concatenate([edges, depths[..., np.newaxis]], axis=-1)
-    return _inside_picture(numbers, normals, rectangles, covers, number, view)
+    return _inside_picture(numbers, normals, pixels, covers, number, view)
 
 
 def _lines(lines: Lines, view: _View, number: int) -> Primitives:
@@ -166,7 +159,8 @@ def _lines(lines: Lines, view: _View, number: int) -> Primitives:
     reach = radius + _MARGIN
     rectangles = np.stack([numbers[:, :2, :2].min(axis=1) - reach, numbers[:, :2, :2].max(axis=1) + reach], axis=1)
     covers = _as_triangles(rectangles, view) if view.covered else None
-    return _inside_picture(numbers, np.zeros((len(numbers), 3, 3)), rectangles, covers, number, view)
+    pixels, normals = _pixels_in(rectangles, view.half), np.zeros((len(numbers), 3, 3))
+    return _inside_picture(numbers, normals, pixels, covers, number, view)
 
 
 def _facets(corners: Numbers, view: _View) -> tuple[Numbers, NDArray[np.bool_]]:
@@ -269,15 +263,35 @@ def _in_frustum(a: Numbers, b: Numbers, half: Numbers) -> tuple[Numbers, Numbers
     return first, last
 
 
+def _pixels_in(rectangles: Numbers, half: Numbers) -> Pixels:
+    """Return the first pixels whose centres lie in rectangles (n, 2, 2), and those behind the last; NaN has none."""
+    corners = rectangles + (half - 0.5)
+    low, high = np.ceil(corners[:, 0], out=corners[:, 0]), np.floor(corners[:, 1], out=corners[:, 1])
+    high += 1.0
+    # maximum and minimum hand NaN on, fmax and fmin do not: a rectangle of NaN begins where it ends.
+    np.fmin(np.maximum(low, 0.0, out=low), 2 * half, out=low)
+    np.fmax(np.minimum(high, 2 * half, out=high), 0.0, out=high)
+    return corners.astype(np.int32)
+
+
+def _is_any(pixels: Pixels) -> NDArray[np.bool_]:
+    """True where there is a pixel."""
+    return (pixels[:, 0, 0] < pixels[:, 1, 0]) & (pixels[:, 0, 1] < pixels[:, 1, 1])
+
+
 def _inside_picture(
-    numbers: Numbers, normals: Numbers, rectangles: Numbers, covers: Numbers | None, shape: int, view: _View
+    numbers: Numbers, normals: Numbers, pixels: Pixels, covers: Numbers | None, shape: int, view: _View
 ) -> Primitives:
     """Return the part inside the picture."""
-    first, end = pixels_of(rectangles, view.half)
-    kept = (first < end).all(axis=1) & np.isfinite(numbers).all(axis=(1, 2))
+    kept = _is_any(pixels) & np.isfinite(numbers).all(axis=(1, 2))
     count = int(kept.sum())
+    numbers, texels = numbers[kept], np.zeros((count, 9 if view.lit else 6, 4), np.float32)
+    texels[:, :3] = numbers
+    np.subtract(numbers, texels[:, :3], out=texels[:, 3:6], casting="same_kind")
+    if view.lit:
+        texels[:, 6:, :3] = normals[kept]
     covers = np.empty((count, 0, 2)) if covers is None else covers[kept]
-    return Primitives(numbers[kept], normals[kept], rectangles[kept], covers, np.full(count, shape, np.int64))
+    return Primitives(texels, pixels[kept], covers, np.full(count, shape, np.int64))
 
 
 def _power_of_two(rows: Numbers) -> Numbers:
