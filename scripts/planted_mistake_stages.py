@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from planted_mistake_shaders import CLOSED_FORMS, SHADOWS, SUMS, changed
 
+_LISTS = "test_geometry_lists.py -k 'light_cuts'"
 _STACKS = "test_polygons.py -k 'make_the_picture_of_stacks and slab'"
 
 IN_STAGES = (
@@ -125,6 +126,48 @@ IN_STAGES = (
         "texelFetch",
         "colours beside surfaces keep the scale of the target",
         "test_geometry_drawn.py -k 'brighter_than_white or any_size'",
+    ),
+    changed(
+        "surface_hits.comp",
+        "atomicMax(nearest[pixel], key) > key",
+        "atomicMax(nearest[pixel], key) != key",
+        "lists forget an opaque surface that is nearer than the one before",
+        _LISTS,
+    ),
+    changed(
+        "surface_next.frag",
+        "(done & bit_of(hit.y)) != 0u",
+        "false",
+        "translucent lines in lists are darker at joints",
+        _LISTS,
+    ),
+    changed(
+        "surface_lists.glsl",
+        " + real4(entry(first + 3))",
+        "",
+        "lists know edges of triangles in single precision only",
+        _LISTS,
+    ),
+    changed(
+        "surface.frag",
+        "(done & bit) != 0u",
+        "false",
+        "translucent lines are darker at joints",
+        "test_geometry_lines.py -k 'translucent_joints'",
+    ),
+    changed(
+        "surface_color.glsl",
+        "shown * look.a, look.a",
+        "shown, look.a",
+        "colours of translucent shapes are not multiplied by their opacity",
+        "test_geometry_lines.py -k 'translucent_joints'",
+    ),
+    changed(
+        "surface_table.glsl",
+        "2 * shapes + TEXELS * number",
+        "2 * shapes + TEXELS * number + TEXELS",
+        "each triangle is drawn where the next one lies",
+        "test_geometry_drawn.py -k 'at_one_place'",
     ),
     changed(
         "surface.vert",

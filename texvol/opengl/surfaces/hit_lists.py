@@ -19,7 +19,7 @@ from texvol.opengl.surfaces.on_device import GROUP, Kind, OnDevice
 from texvol.scene.shapes import Lines, Shape
 
 _SINCE = 430  # OpenGL 4.3
-_FEWEST = 20_000  # triangles and line segments; of fewer peeling takes less time than the programs to be compiled
+_FEWEST = 10_000  # triangles and line segments; a few layers of fewer are peeled in less time
 _HIT_BYTES = 16
 _OF_HITS = ("LINES", "HALF_SPACES", "PERSPECTIVE", "LIT")  # switches of surface_hits.comp
 _FIRST_HITS = 1 << 20  # that there is room for: it grows to those there are
