@@ -1,5 +1,6 @@
 #version 330
-// The nearest position behind one position and in front of another in a pixel's list, and the colour there.
+// The nearest position behind one position and in front of another in a pixel's list, and the colour there. It leaves
+// the list: the next one is looked for behind it.
 //
 // Switches: see surface_lists.glsl and surface_color.glsl.
 
@@ -38,17 +39,22 @@ void main() {
     uint done = uint(after.w);
     uvec4 found = uvec4(0u);
     bool is_found = false;
-    for (uint place = first_hits[at.y * picture_width + at.x]; place != 0u;) {
+    uint before_found = 0u;
+    int list = at.y * picture_width + at.x;
+    for (uint place = first_hits[list], last = 0u, next; place != 0u; last = place, place = next) {
         uvec4 hit = hits[place - 1u];
-        place = hit.x;
+        next = hit.x;
         vec2 here = vec2(float(hit.y), uintBitsToFloat(hit.z));
         if (!comes_after(here, after) || !comes_before(here, before)) continue;
         if ((done & bit_of(hit.y)) != 0u) continue;
         before.xy = here;
         found = hit;
         is_found = true;
+        before_found = last;
     }
     if (!is_found) discard;
+    if (before_found == 0u) first_hits[list] = found.x;
+    else hits[before_found - 1u].x = found.x;
     vec2 pixel = pixel_at(gl_FragCoord.xy);
     int shape = int(shape_of[found.y]);
     vec4 kind = kind_of(shape);

@@ -79,11 +79,12 @@ class HitLists:
         textures: Mapping[str, moderngl.Texture],
         uniforms: dict[str, Any],
     ) -> None:
-        """Draw the nearest hits between two layers, with their colours."""
+        """Draw the nearest hits between two layers, with their colours, and take them out of the lists."""
         program = self._programs.program("surface_next", switches, "corner.vert")
         bind(program, textures, used(program, uniforms | {"picture_width": textures["behind"].width}))
         self._bind(shapes)
         draw_triangles(self._gl, program, WHOLE_TARGET, "2f", "in_position")
+        self._gl.memory_barrier()
 
     def _bind(self, shapes: OnDevice) -> None:
         assert shapes.shape_of is not None, "there are no rectangles"
