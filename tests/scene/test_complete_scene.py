@@ -43,6 +43,15 @@ def test_the_same_scene_and_size_give_the_same_object() -> None:
     assert other.camera != complete.camera and other.transfer_function is complete.transfer_function
 
 
+def test_all_classifications_have_one_camera() -> None:
+    """Framing goes over all that shows, and takes longer than the picture of a large mesh."""
+    scene = Scene(random_volume(1))
+    slab, post = (scene.classified_as(each) for each in ("slab", "post"))
+    assert slab.completed((8, 6)).camera is post.completed((8, 6)).camera
+    assert slab.completed((6, 6)).camera is scene.completed((12, 12)).camera
+    assert slab.completed((8, 6)).camera is not slab.completed((6, 6)).camera
+
+
 def test_masked_values_are_missing_where_values_are_seen() -> None:
     volume = random_volume(1)
     mask = Mask(volume.values > 0.5)

@@ -284,9 +284,7 @@ class Scene(ShownInNotebooks):
     def _framed(self, aspect: float) -> Camera:
         """Return the camera for a picture of that width over height; it is one for all classifications."""
         known: dict[float, Camera] = self.__dict__.setdefault("_cameras", {})
-        if aspect not in known:
-            known[aspect] = framed(self.looked, aspect=aspect)
-        return known[aspect]
+        return known.get(aspect) or known.setdefault(aspect, framed(self.looked, aspect=aspect))
 
     def classified_as(self, classification: Classification) -> Scene:
         """Return the scene in another classification; the same object every time."""
