@@ -52,6 +52,18 @@ IN_SHADERS = (
         _EXTREMES,
     ),
     _wrong(
+        "float bound_of(SampleWalk walk, vec3 low, float side)",
+        "return 0.5 * bound_of_right(walk, low, side);",
+        "a ray passes cells of half the bound that they have",
+        _EXTREMES,
+    ),
+    _wrong(
+        "vec4 values_in_cell(BoxWalk walk, float front, float back)",
+        "return values_in_cell_right(walk, front, front);",
+        "all values in a cell are that at its front",
+        _EXTREMES,
+    ),
+    _wrong(
         "vec4 texel_at(vec3 position)",
         "return texel_at_right(position.zyx);",
         "two axes of the volume are swapped",
