@@ -46,8 +46,8 @@ IN_SHADERS = (
         "test_kinds_rendered.py -k 'wrong_order and bone'",
     ),
     _wrong(
-        "vec4 texel_at(vec3 position)",
-        "return texel_at_right(position + 0.5 / vec3(textureSize(texels, 0)));",
+        "vec3 lookup_position(vec3 position)",
+        "return lookup_position_right(position + 0.5 / vec3(textureSize(texels, 0)));",
         "texels are looked up half a texel off",
         _EXTREMES,
     ),
@@ -64,8 +64,8 @@ IN_SHADERS = (
         _EXTREMES,
     ),
     _wrong(
-        "vec4 texel_at(vec3 position)",
-        "return texel_at_right(position.zyx);",
+        "vec3 lookup_position(vec3 position)",
+        "return lookup_position_right(position.zyx);",
         "two axes of the volume are swapped",
         _EXTREMES,
     ),

@@ -13,8 +13,8 @@ vec4 corner(int x, int y, int z) {
 // Values at t = 0, 1, 2 and 3 of the cubic between two depths with no plane of samples between them.
 vec4 values_in_cell(BoxWalk walk, float front, float back) {
     vec3 size = vec3(textureSize(texels, 0));
-    vec3 first = texture_position(walk_position(walk, front)) * size - 0.5;
-    vec3 last = texture_position(walk_position(walk, back)) * size - 0.5;
+    vec3 first = lookup_position(walk_position(walk, front)) * size - 0.5;
+    vec3 last = lookup_position(walk_position(walk, back)) * size - 0.5;
     vec3 low = floor(0.5 * (first + last));
     ivec3 a = ivec3(clamp(low, vec3(0.0), size - 1.0));
     ivec3 b = ivec3(clamp(low + 1.0, vec3(0.0), size - 1.0));

@@ -17,10 +17,14 @@ uniform float missing_from;       // magnitude of texels beyond which the value 
 float held_missing_from = HELD(missing_from);
 #endif
 
+// Texture coordinates at which texels are looked up for a position in the box.
+vec3 lookup_position(vec3 position) {
+    return texture_position(position);
+}
+
 // Texel at a position in the box, interpolated.
 vec4 texel_at(vec3 position) {
-    position = texture_position(position);
-    return interpolated(texels, position);
+    return interpolated(texels, lookup_position(position));
 }
 
 // Weight of the medium at a position in the box, 0 to 1.

@@ -19,5 +19,6 @@ def volume_property_file(folder: Path, color: Any, opacity: Any, unit_distance: 
     manager.Initialize()
     manager.RegisterObject(whole)
     manager.UpdateStatesFromObjects()
-    manager.Export(str(folder / "state.json"), 0)
-    return next(folder.glob("state*.json"))
+    path = folder / "state.json"  # beside it is a file of arrays
+    manager.Export(str(path), 0)
+    return path

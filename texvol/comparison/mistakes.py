@@ -32,11 +32,11 @@ Pixels = NDArray[np.float32]
 
 # Wrong functions of the shaders.
 _OVER = "vec4 over(vec4 front, vec4 back)"
-_TEXEL_AT = "vec4 texel_at(vec3 position)"
+_LOOKUP = "vec3 lookup_position(vec3 position)"
 ALPHA_OF_THE_BACK: WrongFunction = (_OVER, "return front + (1.0 - back.a) * back;")
 HALF_A_TEXEL: WrongFunction = (
-    _TEXEL_AT,
-    "return textureLod(texels, texture_position(position) + 0.5 / vec3(textureSize(texels, 0)), 0.0);",
+    _LOOKUP,
+    "return lookup_position_right(position) + 0.5 / vec3(textureSize(texels, 0));",
 )
 UNCLIPPED_END_SLABS: WrongFunction = (
     "BoxWalk walk_through(Ray ray, real2 interval, float path_length)",
@@ -52,7 +52,7 @@ WRONG_BY = 0.5  # change of the wrong pixel
 
 def other_axes(order: str) -> WrongFunction:
     """Look-up of texels with the axes in another order, such as zyx."""
-    return (_TEXEL_AT, f"return textureLod(texels, texture_position(position).{order}, 0.0);")
+    return (_LOOKUP, f"return lookup_position_right(position).{order};")
 
 
 class DoesNotApply(Exception):
