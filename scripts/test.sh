@@ -15,13 +15,6 @@ compiling=
 if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py & compiling=$!; fi
 .venv/bin/python -m mypy --no-error-summary
 [ -z "$compiling" ] || wait "$compiling"
-# Tests write some 600 MB in 23,000 files, which nobody looks at again. In memory they take a third less processor time
-# than on a disk, and half the time of those that wait for it.
-if [ -w /dev/shm ] && [ "$(df -Pk /dev/shm | awk 'END { print $4 }')" -gt 4000000 ]; then
-    PYTEST_DEBUG_TEMPROOT=${PYTEST_DEBUG_TEMPROOT:-/dev/shm}
-    export PYTEST_DEBUG_TEMPROOT
-    set -- -o tmp_path_retention_policy=failed "$@"
-fi
 # Two processes: the driver draws with several threads of its own. Each goes through files in order, so that programs
 # are compiled once, and at the end takes over what the other has left.
 exec .venv/bin/python -m pytest -n 2 --dist worksteal "$@"

@@ -78,13 +78,8 @@ def _end(server: subprocess.Popen[bytes]) -> None:
 
 
 def environment(display: str | None, folder: Path) -> dict[str, str]:
-    """What a window is started with; its user's files are in the folder.
-
-    A window draws many frames, so that the driver's optimising its shaders, which conftest.py turns off, takes less
-    time than it saves.
-    """
-    left_out = ("DISPLAY", "WAYLAND_DISPLAY", "GALLIVM_PERF")
-    kept = {name: value for name, value in os.environ.items() if name not in left_out}
+    """What a window is started with; its user's files are in the folder."""
+    kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     paths = os.pathsep.join([str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])])
     shown = {"DISPLAY": display} if display else {}
     return kept | shown | {"PYTHONPATH": paths, "XDG_STATE_HOME": str(folder / "state")}
