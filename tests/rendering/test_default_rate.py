@@ -140,7 +140,7 @@ def test_rays_end_as_early_as_the_limit_allows_unless_told(scene: Scene) -> None
 @pytest.mark.parametrize("error", [0.02, 0.05, 0.11, 0.2, 0.3])
 @pytest.mark.parametrize("order", [1.0, 1.6, 2.0])
 def test_the_rate_is_about_the_least_that_keeps_the_limit(scene: Scene, error: float, order: float) -> None:
-    """Of pictures whose error is that at one slab per voxel, times the thickness to the order."""
+    """Errors of the pictures are those at one slab per voxel, times a power of the slab thickness."""
 
     def draw(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
         return np.full((2, 2, 4), error * settings.slab_thickness**order, np.float32)

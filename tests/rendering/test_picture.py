@@ -35,7 +35,7 @@ def drawn(scene: texvol.Scene) -> texvol.Picture:
 
 @pytest.fixture
 def picture(drawn: texvol.Picture) -> texvol.Picture:
-    """What was drawn once, for a test to do with as it likes."""
+    """Copy of a picture that is drawn once; a test may change it."""
     return drawn.copy()
 
 
