@@ -1,7 +1,8 @@
 // Light that a medium with a gradient reflects to the eye; the formulas are in scene/lighting.py.
 //
 // Switches: HEAD_LIGHT 1: there is a light at the eye. DIRECTIONAL_LIGHTS n, POINT_LIGHTS n: number of other lights.
-//           FALL_OFF 1: point lights fall off with distance. SPECULAR 1: the medium has highlights.
+//           FALL_OFF 1: point lights fall off with distance. SPECULAR 1: the medium has highlights,
+//           n > 1: their exponent is 2 to the power of n - 1.
 //           SHADOWS 1: a light is multiplied with its transmittance to the position; the head light is not.
 //           FETCHED: see interpolated.glsl, of the transmittance. TWO_SIDED 1: the side of a surface that faces the eye is lit.
 
@@ -18,9 +19,11 @@ float held_diffuse = HELD(diffuse);
 float held_fade = HELD(fade);
 #if SPECULAR
 uniform float specular;
-uniform float shininess;
 float held_specular = HELD(specular);
+#if SPECULAR == 1
+uniform float shininess;
 float held_shininess = HELD(shininess);
+#endif
 #endif
 #if HEAD_LIGHT
 uniform vec3 head_color;
@@ -59,7 +62,7 @@ vec3 unit(vec3 vector) {
 
 // Unit normal of a surface, which points to lower values.
 vec3 normal_of(vec3 gradient, float magnitude) {
-    return gradient / -max(magnitude, 1e-30);
+    return gradient * (-1.0 / max(magnitude, 1e-30));
 }
 
 // Normal of the side of a surface that is lit.
@@ -77,9 +80,18 @@ float halfway_cosine(vec3 normal, vec3 to_light, vec3 to_eye) {
     return clamp(dot(normal, unit(to_light + to_eye)), 1e-30, 1.0);
 }
 
+// A cosine to the power of the shininess. Few squarings take a third of the time of `pow`, and are more exact.
+float shine_of(float cosine) {
+#if SPECULAR == 1
+    cosine = pow(cosine, held_shininess);
+#endif
+    for (int i = 0; i < SPECULAR - 1; ++i) cosine *= cosine;
+    return cosine;
+}
+
 // Highlight of a light of colour 1; `facing` is the cosine of the angle between the normal and the light.
 float highlight_of(float facing, float halfway, float confidence) {
-    return facing > SQUARE ? held_specular * confidence * pow(halfway, held_shininess) : 0.0;
+    return facing > SQUARE ? held_specular * confidence * shine_of(halfway) : 0.0;
 }
 #endif
 

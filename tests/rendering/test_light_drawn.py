@@ -52,6 +52,7 @@ CLOSED = {
     "two of them, fading": Lighting((SUN, MOON), fade=1.5 * float(np.linalg.norm(SLOPE))),
     "one side": Lighting((SUN, MOON, Light()), two_sided=False, shininess=5.0),
     "shininess 0": Lighting((SUN,), shininess=0.0, specular=0.4),
+    "shininess 64": Lighting((SUN, Light()), shininess=64.0, specular=0.4),
     "no highlights": Lighting((SUN,), specular=0.0),
     "no highlights, one side": Lighting((SUN,), specular=0.0, two_sided=False),
     "no lights": Lighting(()),

@@ -33,7 +33,7 @@ ONE_LIGHT = {"LIT": 1, "HEAD_LIGHT": 1}
 LIGHTS: list[dict[str, int]] = [
     {},
     {"LIT": 1},
-    *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in EITHER for sides in EITHER),
+    *(ONE_LIGHT | {"SPECULAR": specular, "TWO_SIDED": sides} for specular in (0, 1, 6) for sides in EITHER),
     {"LIT": 1, "DIRECTIONAL_LIGHTS": 1},
     {"LIT": 1, "POINT_LIGHTS": 1, "FALL_OFF": 1},
     {"LIT": 1, "DIRECTIONAL_LIGHTS": 2, "POINT_LIGHTS": 2, "SHADOWS": 1},

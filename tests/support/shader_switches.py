@@ -24,7 +24,7 @@ def fixed(switches: dict[str, int]) -> dict[str, tuple[int, ...]]:
 
 # Switches of light: ambient light alone, the head light, and others with or without it.
 _LIT = fixed(NO_LIGHT | {"LIT": 1})
-_SHINY = {"SPECULAR": EITHER, "TWO_SIDED": EITHER}
+_SHINY = {"SPECULAR": (0, 1, 6), "TWO_SIDED": EITHER}
 _OTHERS = _LIT | _SHINY | {"HEAD_LIGHT": EITHER, "SHADOWS": EITHER}
 LIGHTS: Blocks = [
     _LIT,

@@ -42,6 +42,7 @@ NO_LIGHT = dict.fromkeys(
     ("LIT", "HEAD_LIGHT", "DIRECTIONAL_LIGHTS", "POINT_LIGHTS", "FALL_OFF", "SPECULAR", "TWO_SIDED", "SHADOWS"), 0
 )
 _LEAST = 1e-30  # of what is divided by: its product with MOST and its square are float32s
+_MOST_SQUARINGS = 7  # in place of a power
 _ENDS_AHEAD, _LEAST_AHEAD, _MOST_AHEAD = 6.0, 16.0, 64.0  # times the slabs that end a ray, and slabs
 
 
@@ -208,7 +209,7 @@ def light_switches(lighting: Lighting | None) -> dict[str, int]:
         "DIRECTIONAL_LIGHTS": len(lights_of_kind(lighting, "directional")),
         "POINT_LIGHTS": len(lights_of_kind(lighting, "point")),
         "FALL_OFF": int(any(light.fall_off for light in lighting.lights)),
-        "SPECULAR": int(_has_highlights(lighting)),
+        "SPECULAR": _specular(lighting),
         "TWO_SIDED": int(lighting.two_sided and bool(lighting.lights)),
         "SHADOWS": int(casts_shadows(lighting)),
     }
@@ -220,8 +221,10 @@ def light_uniforms(lighting: Lighting, volume: Volume, largest_gradient: float) 
     if lighting.lights:
         uniforms["diffuse"] = min(lighting.diffuse, MOST)
         uniforms["fade"] = float(np.clip(lighting.fade_for(volume) / largest_gradient, _LEAST, MOST))
-    if _has_highlights(lighting):
-        uniforms |= {"specular": min(lighting.specular, MOST), "shininess": min(lighting.shininess, MOST)}
+    if highlights := _specular(lighting):
+        uniforms["specular"] = min(lighting.specular, MOST)
+    if highlights == 1:
+        uniforms["shininess"] = min(lighting.shininess, MOST)
     if heads := lights_of_kind(lighting, "head"):
         uniforms["head_color"] = _array([np.sum([light.color for light in heads], axis=0)])[0]
     if directional := lights_of_kind(lighting, "directional"):
@@ -274,8 +277,12 @@ def cue_uniforms(
     }
 
 
-def _has_highlights(lighting: Lighting) -> bool:
-    return lighting.specular > 0 and bool(lighting.lights)
+def _specular(lighting: Lighting) -> int:
+    """Return the switch of highlights: 0 without them, and more than 1 for exponents that few squarings make."""
+    if not (lighting.specular > 0 and lighting.lights):
+        return 0
+    mantissa, exponent = np.frexp(lighting.shininess)  # 2^n is 1/2 times 2^(n + 1)
+    return int(exponent) if mantissa == 0.5 and 2 <= exponent <= _MOST_SQUARINGS + 1 else 1
 
 
 def _array(rows: Iterable[Any]) -> list[tuple[float, ...]]:
