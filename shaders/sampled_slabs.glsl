@@ -4,6 +4,7 @@
 //           AT_ONCE: slabs of a run that are sampled at a time, 2 or 4.
 //           WHOLE_SLABS: texels of CLASSIFICATION 0 stand for the path through a whole slab as they are, 1; or for a
 //           little less of the path, and nothing is opaque, 2.
+//           DIVIDES 1: slabs of CLASSIFICATION 2 that are not nearly transparent are divided, see divided_slabs.glsl.
 //           SKIPS: see slab_runs.glsl.
 
 #include "medium.glsl"
@@ -12,8 +13,8 @@
 
 // True if the slabs that the box cuts short are sampled in runs with the others, and not apart from them. Where
 // empty space is skipped, what is done once for each ray costs most; texels that stand for whole slabs make no
-// shorter ones in a run.
-const bool CUT_IN_RUNS = SKIPS != 0 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1);
+// shorter ones in a run. Slabs that may be divided are all alike.
+const bool CUT_IN_RUNS = DIVIDES != 0 || (SKIPS != 0 && !(CLASSIFICATION == 0 && WHOLE_SLABS == 1));
 
 #if AT_ONCE == 4
 #define Slabs vec4
@@ -109,6 +110,9 @@ void middles_of(BoxWalk walk, float slab, float end, out Slabs middles, out Slab
     fractions.x = backs.x - front;
 }
 
+#if DIVIDES
+#include "divided_slabs.glsl"
+#else
 // `color` over the slabs from `slab` on, AT_ONCE of them: the loop itself takes time. At the very end there may be
 // fewer.
 vec4 over_slabs(vec4 color, BoxWalk walk, float slab, float end) {
@@ -149,3 +153,4 @@ vec4 run_color(BoxWalk walk, inout SlabRuns runs, inout Progress progress, float
     }
     return color;
 }
+#endif

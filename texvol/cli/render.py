@@ -42,7 +42,7 @@ _FORMATS = ("auto", "rgba8", "rgba16f", "rgba32f")
 _ACCURACY = (
     *("slab_thickness", "sampling_rate", "max_error"),
     *("texture_format", "target_format", "early_termination", "skip_empty", "slicing", "texture_refinement", "of"),
-    *("level_error", "shadow_nodes", "interpolation"),
+    *("level_error", "shadow_nodes", "interpolation", "adaptive"),
 )
 
 
@@ -106,6 +106,11 @@ def _add_textures(group: Any) -> None:
         "--interpolation", choices=("auto", "driver", "shader"), default="auto",
         help="what interpolates texels: the driver, whose weights often have 8 bits, or the shader; auto: the driver, "
         "but for a --max-error that such weights do not keep",
+    )  # fmt: skip
+    group.add_argument(
+        "--adaptive", choices=("auto", "on", "off"), default="auto",
+        help="on: slabs of post are divided in three where they are not nearly transparent; auto: where that takes "
+        "less time for the same error, if nothing decides the slab thickness",
     )  # fmt: skip
     group.add_argument(
         "--shadow-nodes", type=texts.shadow_nodes, metavar="N|auto",

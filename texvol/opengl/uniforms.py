@@ -74,7 +74,8 @@ def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     else:
         obliquity = view.camera.largest_obliquity(view.size)
         texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)
-        texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": _slabs_at_once(drawing, texels)}
+        at_once = 2 if drawing.divides else _slabs_at_once(drawing, texels)
+        texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": at_once, "DIVIDES": int(drawing.divides)}
     cut = {"BRICKS": int(drawing.is_cut(brick))}
     return texels | volume_switches(drawn, brick) | cut | picture_switches(drawing)
 

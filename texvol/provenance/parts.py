@@ -13,7 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.settings import Settings, checked_interpolation, checked_target, checked_termination
+from texvol.rendering.settings import ADAPTIVE, Settings, checked_interpolation, checked_target, checked_termination
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.lighting import SHADOW_NODES, Light, Lighting, checked_shadow_nodes
@@ -69,6 +69,8 @@ def settings(content: Any) -> dict[str, Any]:
     if found.get("slicing", "stacks") not in SLICINGS:
         raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
     checked_interpolation(found.get("interpolation", "auto"))
+    if found.get("adaptive", "on") not in ADAPTIVE:
+        raise InputError(f"adaptive must be one of {', '.join(ADAPTIVE)}, got {quoted(found['adaptive'])}")
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
         formats = ", ".join(("auto", *TEXEL_FORMATS))
         raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")

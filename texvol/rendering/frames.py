@@ -110,5 +110,6 @@ def _kept(renderer: DrawsPictures, drawn: Scene, accuracy: dict[str, Any]) -> Ke
         kept["slab_thickness"] = renderer.uniform_settings["slab_thickness"]  # of the thinnest slabs, if tiles differ
         estimate = {"estimated_error_of_first_view": renderer.stats["estimated_error"]}
     elif accuracy.get("sampling_rate") is None and not isinstance(drawn.volume, LargeVolume):
-        kept["slab_thickness"] = renderer.uniform_settings["slab_thickness"]
+        kept |= {name: renderer.settings[name] for name in ("slab_thickness", "early_termination")}
+        kept["adaptive"] = renderer.settings.get("adaptive", "off")
     return Kept(accuracy | kept, drawn.classification, renderer.attributes, estimate)

@@ -30,7 +30,7 @@ from texvol.rendering.model_error import AskedOfModel
 from texvol.rendering.picture import Drawn, Picture, drawn_again
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.render import over_background
-from texvol.rendering.settings import Settings, checked_slicing, numbers_asked_for, settings_asked_for
+from texvol.rendering.settings import Settings, checked_adaptive, checked_slicing, numbers_asked_for, settings_asked_for
 from texvol.rendering.shadow_error import Nodes, checked_asked, nodes_for_error
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
@@ -118,6 +118,7 @@ class Renderer(LastPicture):
         repeat: int = 1,
         check: int | str | None = None,
         interpolation: str = "auto",
+        adaptive: str = "auto",
     ) -> Picture:
         """Return the scene's picture, (height, width, 4) float32, premultiplied, linear, top row first.
 
@@ -173,6 +174,9 @@ class Renderer(LastPicture):
         interpolation : "auto", "driver" or "shader"
             What interpolates texels: the driver, or the shader, which fetches eight of them, where weights of the
             driver's have too few digits. "auto" measures them if `max_error` is given, see `rendering.interpolation`.
+        adaptive : "auto", "on" or "off"
+            "on" divides slabs of `post` in three where they are not nearly transparent, so that a thickness is that of
+            the thickest. "auto" does so where it takes less time for the same error, if nothing decides the thickness.
 
         Raises
         ------
@@ -197,6 +201,7 @@ class Renderer(LastPicture):
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures, complete, asked = self._pictures_of(scene), scene.completed(size), asked.settled(self.chosen)
         checked_slicing(slicing, complete, self._compositor.pipeline)
+        settings = replace(settings, adaptive=checked_adaptive(adaptive, complete, settings, any(rates)))
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimates, self._check = {}, {}, Estimates(), None

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import SHADOW_NODES
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import SLICINGS, Slicing
@@ -16,6 +17,7 @@ from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber, checked_number
 
+ADAPTIVE = ("auto", "on", "off")  # whether slabs are divided where they are not nearly transparent
 INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
 # In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
@@ -41,6 +43,7 @@ class Settings:
     level_error: float | None = None  # that coarser levels of its parts may have
     # Rectangles of the picture that are drawn, (x, y, width, height) in pixels from below, if not all of it is.
     regions: tuple[tuple[int, int, int, int], ...] | None = None
+    adaptive: str | None = None  # "on" if slabs are divided where they are not nearly transparent; "auto": to be chosen
     interpolation: str | None = None  # "shader" if eight texels are fetched for each sample; None: the driver's
 
     @property
@@ -49,7 +52,7 @@ class Settings:
 
         So these count as errors of a picture. If rounding of values matters, theirs differs from the picture's.
         """
-        whole = replace(self, early_termination=0.0, slicing="stacks")
+        whole = replace(self, early_termination=0.0, slicing="stacks", adaptive=None)
         return replace(whole, texture_format=REFERENCE, target_format="rgba32f")
 
     def skips(self, scene: Scene) -> bool:
@@ -131,6 +134,36 @@ def checked_interpolation(interpolation: str) -> str | None:
     if interpolation not in INTERPOLATIONS:
         raise InputError(f"interpolation must be {', '.join(INTERPOLATIONS[:2])} or shader, got {interpolation!r}")
     return "shader" if interpolation == "shader" else None
+
+
+def checked_adaptive(adaptive: str, scene: CompleteScene, settings: Settings, decided: bool) -> str | None:
+    """Return the argument as settings have it: "on", "auto" if it is still to be chosen, or None.
+
+    `decided` is True if an argument decides the slab thickness: then "auto" divides none.
+
+    Raises
+    ------
+    InputError
+        If it is none of `ADAPTIVE`, or "on" for a scene whose slabs are not divided.
+    """
+    if adaptive not in ADAPTIVE:
+        raise InputError(f"adaptive must be {', '.join(ADAPTIVE[:2])} or {ADAPTIVE[2]}, got {adaptive!r}")
+    if adaptive == "off":
+        return None
+    beyond = {
+        f"mode {scene.mode}": scene.mode != "composite",
+        f"classification {scene.classification}": scene.classification != "post",
+        "several volumes": bool(scene.added),
+        "labels": scene.volume.nearest,
+        "colours of samples": scene.volume.colors is not None,
+        "a volume in a store": isinstance(scene.volume, LargeVolume),
+        f"slicing {settings.slicing}": settings.slicing != "stacks",
+        "a maximum error, which has tiles of its own": bool(np.isnan(settings.slab_thickness)),
+    }
+    found = [name for name, is_there in beyond.items() if is_there]
+    if adaptive == "on" and found:
+        raise InputError(f"adaptive slabs are of one volume drawn by classification post, got {' and '.join(found)}")
+    return None if found or (adaptive == "auto" and decided) else adaptive
 
 
 def checked_format(texture_format: str) -> str:

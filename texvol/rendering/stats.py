@@ -53,6 +53,7 @@ def described_alike(
         "target_format": settings.target_format,
         "slicing": settings.slicing,
         "interpolation": settings.interpolation or "driver",
+        "adaptive": settings.adaptive == "on",
         "texture_refinement": settings.texture_refinement,
         "shadow_nodes": settings.shadow_nodes if in_shadow(scene) else None,
         "early_termination": settings.early_termination,
