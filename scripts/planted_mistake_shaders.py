@@ -46,6 +46,12 @@ IN_SHADERS = (
         "test_kinds_rendered.py -k 'wrong_order and bone'",
     ),
     _wrong(
+        "float share_of_thirds(vec4 medium, float length)",
+        "return share_of_thirds_right(medium, 0.5 * length);",
+        "slabs are divided from twice the optical depth on",
+        "test_divided_slabs.py -k 'plain_numpy and 1.3'",
+    ),
+    _wrong(
         "vec3 lookup_position(vec3 position)",
         "return lookup_position_right(position + 0.5 / vec3(textureSize(texels, 0)));",
         "texels are looked up half a texel off",

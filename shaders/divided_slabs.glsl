@@ -4,11 +4,9 @@
 //
 // Whether a slab is divided depends on nothing but its own middle: bricks, blocks and leaps change no picture.
 //
-// Switches: those of sampled_slabs.glsl, of CLASSIFICATION 2.
+// Switches: those of sampled_slabs.glsl, of CLASSIFICATION 2 and AT_ONCE 2.
 
-#include "medium.glsl"
-#include "compositing.glsl"
-#include "slab_runs.glsl"
+#include "sampled_slabs.glsl"
 
 const float LEAST_DIVIDED = 1.0 / 64.0;  // optical depth of a slab from which on its thirds begin to count
 const float ALL_DIVIDED = 1.0 / 32.0;    // and from which on only they do
@@ -38,9 +36,17 @@ vec4 over_thirds(vec4 color, Divided slab, float middle, vec4 front, vec4 behind
     return over(color, mix(whole, thirds, slab.share));
 }
 
-// `color` over the next slab or two, or over what is left of a slab that is to be divided: that comes last, as only its
-// middle is known yet.
-vec4 over_next(vec4 color, BoxWalk walk, inout Divided divided, inout Progress progress) {
+// `color` over the next slab, of which that colour is known, or that slab kept to be divided.
+vec4 over_next(vec4 color, vec4 slab_color, vec4 medium, float length, out Divided divided, inout Progress progress) {
+    divided = Divided(share_of_thirds(medium, length), medium, length);
+    if (divided.share > 0.0) return color;
+    progress.slab += 1.0;
+    progress.samples += 1.0;
+    return over(color, slab_color);
+}
+
+// `color` over the next slab or two, or over a slab that is to be divided: that comes last, as only its middle is known.
+vec4 over_slabs(vec4 color, BoxWalk walk, inout Divided divided, inout Progress progress) {
     bool divides = divided.share > 0.0;
     Slabs middles, there;
     middles_of(walk, progress.slab, progress.end, middles, there);
@@ -61,22 +67,10 @@ vec4 over_next(vec4 color, BoxWalk walk, inout Divided divided, inout Progress p
         divided = NONE;
         progress.slab += 1.0;
         progress.samples += 3.0;
-        return color;
-    }
-    float first_share = share_of_thirds(first_medium, lengths.x);
-    float second_share = first_share > 0.0 ? 0.0 : share_of_thirds(second_medium, lengths.y);
-    if (first_share > 0.0) {
-        divided = Divided(first_share, first_medium, lengths.x);
     } else {
-        color = over(color, first_color);
-        progress.slab += 1.0;
-        progress.samples += 1.0;
-        if (second_share > 0.0) {
-            divided = Divided(second_share, second_medium, lengths.y);
-        } else if (there.y > 0.0) {
-            color = over(color, second_color);
-            progress.slab += 1.0;
-            progress.samples += 1.0;
+        color = over_next(color, first_color, first_medium, lengths.x, divided, progress);
+        if (divided.share == 0.0 && there.y > 0.0) {
+            color = over_next(color, second_color, second_medium, lengths.y, divided, progress);
         }
     }
     return color;
@@ -90,7 +84,7 @@ vec4 run_color(BoxWalk walk, inout SlabRuns runs, inout Progress progress, float
     Divided divided = NONE;
     progress.slab = runs.run.x;
     while (progress.slab < progress.end && progress.samples < most && color.a < enough) {
-        color = over_next(color, walk, divided, progress);
+        color = over_slabs(color, walk, divided, progress);
         if (divided.share == 0.0) continue_run(runs, progress);
         if (progress.slab >= progress.end || progress.samples >= most || color.a >= enough) break;
     }

@@ -9,6 +9,9 @@
 #include "integrated_slabs.glsl"
 #else
 #include "sampled_slabs.glsl"
+#if DIVIDES
+#include "divided_slabs.glsl"
+#endif
 #endif
 
 // Where a half space cuts the medium open: its colour, opaque, and the end of the ray.

@@ -4,7 +4,7 @@
 //           AT_ONCE: slabs of a run that are sampled at a time, 2 or 4.
 //           WHOLE_SLABS: texels of CLASSIFICATION 0 stand for the path through a whole slab as they are, 1; or for a
 //           little less of the path, and nothing is opaque, 2.
-//           DIVIDES 1: slabs of CLASSIFICATION 2 that are not nearly transparent are divided, see divided_slabs.glsl.
+//           DIVIDES 1: slabs that are not nearly transparent are divided, see divided_slabs.glsl.
 //           SKIPS: see slab_runs.glsl.
 
 #include "medium.glsl"
@@ -110,9 +110,7 @@ void middles_of(BoxWalk walk, float slab, float end, out Slabs middles, out Slab
     fractions.x = backs.x - front;
 }
 
-#if DIVIDES
-#include "divided_slabs.glsl"
-#else
+#if !DIVIDES  // else see divided_slabs.glsl
 // `color` over the slabs from `slab` on, AT_ONCE of them: the loop itself takes time. At the very end there may be
 // fewer.
 vec4 over_slabs(vec4 color, BoxWalk walk, float slab, float end) {

@@ -51,10 +51,13 @@ SWITCHES: dict[str, list[Switches]] = {
         for spread in EITHER
     ],
     "compositing.glsl": product(SHALLOW=EITHER, COUNT=EITHER),
+    "divided_slabs.glsl": [each | {"AT_ONCE": 2, "DIVIDES": 1, "WHOLE_SLABS": 0} for each in slabs_of(2)],
     "each_ramp.glsl": product(RAMPS=NUMBERS_OF_RAMPS),
     "corner_values.glsl": [OF_VALUES | each for each in product(MISSING=EITHER)],
     "end_slabs.glsl": [
-        each | {"AT_ONCE": 2, "WHOLE_SLABS": 0, "CAPS": caps} for each in slabs_of(0, 1, 2, 3) for caps in EITHER
+        each | {"AT_ONCE": 2, "DIVIDES": 0, "WHOLE_SLABS": 0, "CAPS": caps}
+        for each in slabs_of(0, 1, 2, 3)
+        for caps in EITHER
     ],
     "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER, SKIPS=EITHER)],
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
@@ -87,7 +90,9 @@ SWITCHES: dict[str, list[Switches]] = {
     "pixel_ray.glsl": product(PERSPECTIVE=EITHER),
     "projection.glsl": rows("projection")[:8],
     "sampled_slabs.glsl": [
-        each | {"AT_ONCE": at_once, "WHOLE_SLABS": at_once // 2 - 1} for each in slabs_of(0, 1, 2) for at_once in (2, 4)
+        each | {"AT_ONCE": at_once, "DIVIDES": 0, "WHOLE_SLABS": at_once // 2 - 1}
+        for each in slabs_of(0, 1, 2)
+        for at_once in (2, 4)
     ],
     "seen.glsl": [
         each | {"PERSPECTIVE": either, "CUE": either, "FETCHED": either}

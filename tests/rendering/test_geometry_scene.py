@@ -322,7 +322,8 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
             medium = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
         else:
             medium = [
-                NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0), "AT_ONCE": 2} for kind in range(4)
+                NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0), "AT_ONCE": 2, "DIVIDES": 0}
+                for kind in range(4)
             ]
         for each in medium:
             load_program(context.gl, name, defines=NO_LIGHT | common | each, vertex="slab_stack.vert")

@@ -53,11 +53,11 @@ def load(name: str, context: Context, switches: dict[str, int]) -> None:
 
 
 WHOLE = {"HALF_SPACES": 0, "INTERVAL": 0}
-MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2}
+MEDIUM = NO_LIGHT | NOTHING_SPECIAL | WHOLE | {"CAPS": 0, "AT_ONCE": 2, "DIVIDES": 0}
 
 
 # For what is at a place of a volume, whatever draws it.
-OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", *WHOLE)
+OF_SLABS = ("WHOLE_SLABS", "CAPS", "AT_ONCE", "DIVIDES", *WHOLE)
 OF_A_VOLUME: list[dict[str, int]] = [
     {name: value for name, value in (MEDIUM | each).items() if name not in OF_SLABS}
     | {"CUE": 1, "PERSPECTIVE": 1, "BRICKS": 0, "FETCHED": 0}

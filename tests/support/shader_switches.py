@@ -63,13 +63,14 @@ def _classified() -> Blocks:
 
 def slab_stack_blocks() -> Blocks:
     """Blocks of slab_stack.glsl."""
-    common = RAYS | _WHERE | {"CAPS": EITHER, "AT_ONCE": (2,)}
+    common = RAYS | _WHERE | {"CAPS": EITHER, "AT_ONCE": (2,), "DIVIDES": (0,)}
     slab, extinction = _NOTHING | {"CLASSIFICATION": (0,)}, _NOTHING | {"CLASSIFICATION": (1,), "SHALLOW": EITHER}
     few_registers = {"RAMPS": (SOME, MANY), "WEIGHTS": (0,), "SHALLOW": EITHER, "CLASSIFICATION": (2,)}
     return [common | medium for medium in (slab, extinction, *_classified())] + [
         common | slab | {"WHOLE_SLABS": (1,), "PERSPECTIVE": (0,)},
         common | slab | {"WHOLE_SLABS": (2,), "PERSPECTIVE": (1,)},
         common | _NOTHING | _VALUES | few_registers | {"AT_ONCE": (4,)},
+        *(common | medium | {"DIVIDES": (1,)} for medium in _classified() if medium["CLASSIFICATION"] == (2,)),
         *(common | _SPREAD | light for light in (UNLIT, *(_WITH_GRADIENT | each for each in LIGHTS))),
     ]
 

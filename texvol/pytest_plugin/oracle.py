@@ -157,7 +157,8 @@ def _expected(candidate: Candidate, scene: Scene, truth: NDArray, settings: Mapp
     words, opacity = f"the error of plain slabs {thickness:.4g} thick", None
     if plain_slabs.can_draw(scene):
         texel_format = candidate.stats.get("texture_format", settings.get("texture_format", "auto"))
-        plain, coarse = plain_slabs.pictures_of_slabs(scene, size, thickness, texel_format)
+        divides = settings.get("adaptive") == "on"
+        plain, coarse = plain_slabs.pictures_of_slabs(scene, size, thickness, texel_format, divides)
         off = np.maximum(np.abs(plain - truth), np.abs(coarse - truth)) + np.abs(coarse - plain)
         expected = error_control.SAFETY * off + allowance
         opacity = float(expected[..., 3].max())
@@ -199,11 +200,12 @@ def _estimate(candidate: Candidate, scene: Scene, settings: Mapping[str, Any], m
     renderer, thickness = maker.renderer(), settings["slab_thickness"]
     nodes = settings.get("shadow_nodes", SHADOW_NODES)
 
-    def drawn(scene: Scene, thickness: float, nodes: int) -> NDArray[np.float32]:
-        return renderer.render(scene, candidate.size, slab_thickness=thickness, shadow_nodes=nodes, **exact)
+    def drawn(scene: Scene, thickness: float, nodes: int, **more: Any) -> NDArray[np.float32]:
+        return renderer.render(scene, candidate.size, slab_thickness=thickness, shadow_nodes=nodes, **exact, **more)
 
     of_nodes = error_of_nodes(partial(drawn, scene, thickness), nodes) if in_shadow(scene) else 0.0
-    coarse, finer = drawn(scene, thickness, nodes), drawn(error_control.reference_for(scene), thickness / 2, nodes)
+    coarse = drawn(scene, thickness, nodes, adaptive=settings.get("adaptive", "off"))
+    finer = drawn(error_control.reference_for(scene), thickness / 2, nodes)
     return error_control.estimate(coarse, finer, 1, error_control.rounding_of(scene)) + of_nodes
 
 

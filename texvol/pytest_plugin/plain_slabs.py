@@ -10,14 +10,18 @@ first order, and so is the estimate. So this module composites the same slabs fr
 The distance from the oracle's picture is the error of slabs of that thickness. The picture is also computed with
 weights of 8 bits between the samples, as graphics cards interpolate; the change counts as error, too.
 
+Slabs may be divided: with the optical depth x of a slab, by the medium in its middle, the share 64 x - 1 of its colour,
+from 0 to 1, is that of its thirds, each with the medium in its own middle, and the rest is that of the whole slab.
+
 With several volumes a slab is also divided where the ray enters or leaves a volume, and the q l and τ l of the volumes
 in a piece are added. Label volumes are not drawn: each sample is a box of its own, for which slabs have no middle.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial, reduce
 from itertools import pairwise
 
 import numpy as np
@@ -34,6 +38,7 @@ _RAYS_AT_ONCE = 1 << 14
 _WEIGHT_STEPS = 256  # weights of a graphics card between two samples
 _PARTS = 4  # of half a slab, for the integral of `integrated`
 _DEEPEST_SLAB = 2.0  # optical depth of a slab of texels of `slab`
+_LEAST_DIVIDED, _ALL_DIVIDED = 1 / 64, 1 / 32  # optical depths between which thirds of a slab come in its place
 
 
 @dataclass(frozen=True)
@@ -72,9 +77,12 @@ def knows_color(scene: Scene) -> bool:
 
 
 def pictures_of_slabs(
-    scene: Scene, size: tuple[int, int], slab_thickness: float, texel_format: str = "exact"
+    scene: Scene, size: tuple[int, int], slab_thickness: float, texel_format: str = "exact", divides: bool = False
 ) -> tuple[Numbers, Numbers]:
-    """Return the scene's picture (height, width, 4) over its background, and the same with weights of 8 bits."""
+    """Return the scene's picture (height, width, 4) over its background, and the same with weights of 8 bits.
+
+    `divides` is True for slabs of `post` that are divided where they are not nearly transparent.
+    """
     complete = scene.completed(size)
     camera = complete.camera
     volumes = [
@@ -88,7 +96,8 @@ def pictures_of_slabs(
     parts = [slice(start, start + _RAYS_AT_ONCE) for start in range(0, count, _RAYS_AT_ONCE)]
     drawn = []
     for steps in (0, _WEIGHT_STEPS):
-        pieces = in_threads(lambda part, steps=steps: _composited(volumes, part, steps), parts)  # type: ignore[misc]
+        composited = partial(_composited, volumes, steps=steps, divides=divides)
+        pieces = in_threads(composited, parts)
         picture = np.concatenate(pieces).reshape(size[1], size[0], 4)
         picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(scene.background)
         drawn.append(picture)
@@ -136,6 +145,12 @@ class _Field:
             for one, other in pairwise(ends)
             for part in range(count // 2)
         ])  # fmt: skip
+
+    def thirds(self, rays: _Rays, front: Numbers, back: Numbers, steps: int) -> Numbers:
+        """Emission and extinction times length (3, n, 4) of thirds of slabs, each by the medium in its middle."""
+        third = (back - front) / 3
+        texels = [self._at(rays, front + (part + 0.5) * third, steps) for part in range(3)]
+        return np.stack([self._medium_of(each) * third[:, np.newaxis] for each in texels])
 
     def _medium_of(self, texels: Numbers) -> Numbers:
         """Emission and extinction (n, 4)."""
@@ -201,7 +216,7 @@ def _rounded(texels: Numbers, texel_format: str) -> Numbers:
     return (texels / scale).astype(np.float16) * scale if texel_format == "rgba16f" else texels
 
 
-def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int) -> Numbers:
+def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int, divides: bool) -> Numbers:
     """Return premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back."""
     all_rays = [rays.part(part) for rays, _ in volumes]
     color = np.zeros((len(all_rays[0].enters), 4))
@@ -213,9 +228,18 @@ def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int
                 inside = np.flatnonzero((front < back) & (rays.enters <= front) & (back <= rays.leaves))
                 if inside.size:
                     amounts[:, inside] += field.parts(count, rays.part(inside), front[inside], back[inside], steps)
-            for each in amounts if amounts.any() else ():
-                color += (1 - color[:, 3:]) * _slab_color(each)
+            slab_color = _over(map(_slab_color, amounts)) if amounts.any() else np.zeros(color.shape)
+            if divides and inside.size:
+                share = np.clip((amounts[0, inside, 3:] - _LEAST_DIVIDED) / (_ALL_DIVIDED - _LEAST_DIVIDED), 0, 1)
+                thirds = field.thirds(rays.part(inside), front[inside], back[inside], steps)
+                slab_color[inside] += share * (_over(map(_slab_color, thirds)) - slab_color[inside])
+            color += (1 - color[:, 3:]) * slab_color
     return color
+
+
+def _over(colors: Iterable[Numbers]) -> Numbers:
+    """Return premultiplied colours and opacities (n, 4), composited front to back."""
+    return reduce(lambda front, back: front + (1 - front[:, 3:]) * back, colors)
 
 
 def _pieces(all_rays: Sequence[_Rays], slab: int) -> Iterator[tuple[Numbers, Numbers]]:
