@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,14 @@ def test_colours_have_names_and_digits(text: str, wanted: Any) -> None:
     if text == "#f80":
         wanted = color_of_text("#ff8800")
     assert found == (wanted if wanted is None else pytest.approx(wanted))
+
+
+def test_a_key_of_a_look_that_is_misspelt_in_a_file_gets_a_guess(capsys: pytest.CaptureFixture[str]) -> None:
+    point = {"value": 1, "color": "red", "extinction": 1}
+    for key, meant in (("ligth", "light"), ("backgruond", "background"), ("point", "points")):
+        Path("look.json").write_text(json.dumps({"points": [point], key: "head"}))
+        assert main(["render", "v.npy", "--tf", "look.json", "-o", "a.png"]) == 2
+        assert f"did you mean '{meant}'?" in capsys.readouterr().err
 
 
 def test_a_colour_is_a_colour_everywhere() -> None:
