@@ -198,3 +198,9 @@ def test_measured_values_are_written_in_one_way_from_thousands_to_millions(numbe
 def test_lengths_have_their_unit() -> None:
     assert rounding.length(Decimal("5E+1"), "mm") == "50 mm"
     assert rounding.length(Decimal("2E-9"), "") == "2×10⁻⁹ world units"
+
+
+def test_a_text_that_is_cut_at_a_point_has_no_further_points() -> None:
+    letters = Lettering()
+    width = letters.box("a file.", 12).width + letters.box("…", 12).width
+    assert letters.fitted("a file.ome.tif", 12, width, 1.0) == ("a file…", 12)

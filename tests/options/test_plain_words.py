@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,14 @@ def test_colours_have_names_and_digits(text: str, wanted: Any) -> None:
     assert found == (wanted if wanted is None else pytest.approx(wanted))
 
 
+def test_a_key_of_a_look_that_is_misspelt_in_a_file_gets_a_guess(capsys: pytest.CaptureFixture[str]) -> None:
+    point = {"value": 1, "color": "red", "extinction": 1}
+    for key, meant in (("ligth", "light"), ("backgruond", "background"), ("point", "points")):
+        Path("look.json").write_text(json.dumps({"points": [point], key: "head"}))
+        assert main(["render", "v.npy", "--tf", "look.json", "-o", "a.png"]) == 2
+        assert f"did you mean '{meant}'?" in capsys.readouterr().err
+
+
 def test_a_colour_is_a_colour_everywhere() -> None:
     assert scene("--background", "#ff8000").background == pytest.approx(ORANGE)
     assert scene("--light", "head:#ff8000").lighting.lights[0].color == pytest.approx(ORANGE)
@@ -85,6 +94,19 @@ def test_range_and_opacity_adjust_any_preset() -> None:
     assert scene("--opacity", "0").transfer_function.extinctions.max() == 0
     by_file = scene("--add", "v.npy", "--add-range", "1,2", "--add-tf", "grey").added[0].transfer_function
     assert (by_file.values[0], by_file.values[-1]) == (1, 2)
+
+
+def test_unit_and_opacity_are_those_of_all_channels_of_an_image() -> None:
+    from tifffile import imwrite
+
+    channels = (1000 * np.stack([BALL, BALL], axis=1)).clip(0).astype(np.uint16)
+    imwrite("cell.ome.tif", channels, metadata={"axes": "ZCYX"}, ome=True)
+    plain, found = scene(volume="cell.ome.tif"), scene("--unit", "mm", "--opacity", "3", volume="cell.ome.tif")
+    assert [each.unit for each in found.volumes] == ["mm", "mm"]
+    for before, after in ((plain, found), (plain.added[0], found.added[0])):
+        value = np.array([500.0])
+        once, thrice = (each.transfer_function.classify(value).emission for each in (before, after))
+        np.testing.assert_allclose(thrice, 3 * once)
 
 
 def test_only_the_chosen_materials_are_left() -> None:
@@ -110,6 +132,16 @@ def test_size_may_be_one_number_and_a_unit_has_a_name() -> None:
         (["--zoom", "0"], "--zoom: must be a factor from 0.001 to 1000, got '0'"),
         (["--view", "front", "--eye", "1,2,3"], "--eye and --view both decide the view: give one of them"),
         (["--bakground", "1,1,1"], "did you mean '--background'?"),
+        (["--light", "hed"], "did you mean 'head'?"),
+        (["--light", "ponit:1,2,3"], "did you mean 'point'?"),
+        (["--light", "studo"], "did you mean 'studio'?"),
+        (["--light", "head:whit"], "did you mean 'white'?"),
+        (["--background", "whit"], "did you mean 'white'?"),
+        (["--depth-cue", "0.5,blak"], "did you mean 'black'?"),
+        (["--mode", "isosurface", "--isovalue", "50:oragne"], "did you mean 'orange'?"),
+        (["--gradient", "centrl"], "did you mean 'central'?"),
+        (["--mode", "xray", "--air", "hounsfeld"], "did you mean 'hounsfield'?"),
+        (["--tf", "ct-tissues", "--materials", "bon"], "did you mean 'bone'?"),
     ],
 )
 def test_what_is_wrong_is_said_with_a_guess(line: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -105,6 +105,16 @@ def test_wrong_arguments_are_named(how: dict, message: str) -> None:
     assert str(caught.value) == message
 
 
+def test_a_misspelt_argument_is_one_beside_a_scene_as_well() -> None:
+    scene = texvol.Scene(texvol.Volume(BALL))
+    with pytest.raises(texvol.InputError, match="unknown argument 'siz'; did you mean 'size'"):
+        texvol.render(scene, siz=20)
+    with pytest.raises(texvol.InputError, match=r"a Scene has its parts: scene.replace\(lighting"):
+        texvol.render(scene, light="head")
+    with pytest.raises(texvol.InputError, match="got 'studo'; did you mean 'studio'"):
+        texvol.render(texvol.Scene(scene.volume, "fog", lighting="studo"), 16)
+
+
 def test_replace_names_what_it_does_not_know() -> None:
     scene = texvol.Scene(texvol.Volume(BALL))
     assert scene.replace(mode="mip").mode == "mip"

@@ -94,6 +94,31 @@ def test_stores_are_files_and_folders_of_slices_can_be_opened(folder: Path) -> N
     assert taken == [str(folder / "Series")]
 
 
+@pytest.mark.parametrize(
+    "files, whole_first",
+    [
+        (["slice_01.tif", "slice_02.tif", "slice_10.tif"], True),
+        (["0001.tiff", "0002.tiff", "mask.tif", "notes.txt"], True),
+        (["brain.tif", "cells.tif"], False),
+        (["cells.ome.tif", "xyzc_16bit_cells.tif"], False),
+        (["fly_150x256x256.tif", "fly_75x128x128.tif"], False),
+        (["a1.tif", "b1.tif", "a2.tif", "c.tif", "d.tif"], False),
+    ],
+)
+def test_slices_of_a_folder_come_before_its_files_where_their_names_are_numbered(
+    folder: Path, files: list[str], whole_first: bool
+) -> None:
+    for name in files:
+        (folder / "all" / name).write_bytes(b"II*\0")
+    (folder / "all/in").mkdir()
+    looking, _ = browser(folder / "all")
+    shown = names(looking.entries)
+    known = sorted(name for name in files if name.endswith(("tif", "tiff")))
+    others = [name for name in files if name not in known]
+    assert shown == ([HERE, "in", *known, *others] if whole_first else ["in", *known, HERE, *others])
+    assert looking.name == shown[0]
+
+
 def test_entries_are_sorted_by_name_size_and_date(folder: Path) -> None:
     for name, size, date in (("c.npy", 5, 100), ("d.npy", 3, 300), ("e.npy", 4, 200)):
         (folder / "all" / name).write_bytes(bytes(size))

@@ -64,13 +64,27 @@ STEPS = [
 ]
 
 
+def of_a_body(folder: Path, name: str) -> str:
+    """Name of a volume with the same samples and directions of a body, so that slices have letters."""
+    values = np.load(folder / name)
+    header = (
+        "NRRD0004\ntype: float\ndimension: 3\nspace: left-posterior-superior\n"
+        f"sizes: {' '.join(map(str, values.shape[::-1]))}\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n"
+        "endian: little\nencoding: raw\n\n"
+    )
+    (folder / "body.nrrd").write_bytes(header.encode() + values.astype("<f4").tobytes())
+    return "body.nrrd"
+
+
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with pictures of one window in which all of that was done."""
     folder = tmp_path_factory.mktemp("views")
     steps = [{"t": round(0.1 + 0.05 * number, 2), **step} for number, step in enumerate(STEPS)]
     words = ["--size", f"{SIZE[0]}x{SIZE[1]}", "--light", "none", "--max-error", "0.1"]
-    done = viewed(display_of_all(), folder, ball(folder, 24), *words, "--script", script(folder, steps))
+    done = viewed(
+        display_of_all(), folder, of_a_body(folder, ball(folder, 24)), *words, "--script", script(folder, steps)
+    )
     assert (done.returncode, done.stderr) == (0, "")
     return folder
 
@@ -110,6 +124,19 @@ def test_a_key_shows_four_views_of_one_size_and_the_same_key_the_picture_alone(f
         assert border_at(four, x, y) == [name]
         assert lines(four, name) == pytest.approx((TILE / 2, TILE / 2), abs=2)
         assert border_at(alone, x, y) == []
+
+
+def test_the_crosshair_leaves_letters_free(folder: Path) -> None:
+    """The crosshair goes through the middle, where the letters of the directions stand at the borders."""
+    four = picture(folder, "four")
+    for name, (x, y) in CORNERS.items():
+        inside = four[y : y + TILE, x : x + TILE]
+        column, row = (round(place) for place in lines(four, name))
+        across, down = "coronal" if name == "sagittal" else "sagittal", "coronal" if name == "axial" else "axial"
+        upright, level = is_color(inside[:, column], across), is_color(inside[row], down)
+        for line, length in ((upright, 10), (level, 5)):  # pixels of a letter along the line, 8 before the border
+            assert not line[9 : 9 + length].any() and not line[-9 - length : -9].any()
+            assert line[40:-40].mean() > 0.9
 
 
 def test_a_drag_moves_the_crosshair_in_all_slices(folder: Path) -> None:

@@ -6,7 +6,7 @@ also holds for oblique and sheared boxes. Names give the direction of growing nu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from decimal import Decimal
 from itertools import pairwise, permutations
 from typing import NamedTuple
@@ -91,12 +91,12 @@ def laid_axes(sheet: Sheet, view: View) -> list[Axis]:
     return found
 
 
-def draw_axes(sheet: Sheet, view: View) -> None:
-    """Draw the axes that have room."""
-    for axis in laid_axes(sheet, view):
+def draw_axes(sheet: Sheet, view: View, axes: Iterable[Axis]) -> None:
+    """Draw axes that have been laid."""
+    for axis in axes:
         ends = view.edge(axis.edge)
         assert ends is not None
-        sheet.line(*ends, "line" if view.faces_that_show(axis.edge) else "behind")
+        sheet.broken_line(*ends, "line" if view.faces_that_show(axis.edge) else "behind")
         for tick in axis.ticks:
             sheet.line(tick.position, tick.position + _TICK * sheet.em * axis.outward)
         for label in [*axis.numbers, *([axis.name] if axis.name else [])]:

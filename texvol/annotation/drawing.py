@@ -1,4 +1,7 @@
-"""Drawing of all parts of annotation: parts with a fixed position first, axes last, because axes can give way."""
+"""Drawing of all parts of annotation: parts with a fixed position first, then axes, which can give way.
+
+The lines of box and axes come last: they are left out where other parts stand.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from collections.abc import Callable
 
 from numpy.typing import NDArray
 
-from texvol.annotation.axes import axis_name, draw_axes
+from texvol.annotation.axes import axis_name, draw_axes, laid_axes
 from texvol.annotation.legend import draw_legends
 from texvol.annotation.legend_content import contents_of
 from texvol.annotation.lettering import Lettering, one_line
@@ -64,9 +67,6 @@ def place_all(
     legends: Legends | None = None,
 ) -> None:
     """Draw the parts of an annotation that have room on a sheet; `legends` is used in place of `place_legends`."""
-    if annotation.box:
-        for volume in scene.volumes:
-            _draw_box(sheet, View(view.camera, volume, view.size))
     if annotation.title:
         _draw_title(sheet, one_line(annotation.title))
     if annotation.orientation:
@@ -78,8 +78,11 @@ def place_all(
     if annotation.measures:
         color = color_on(sheet.outline_color) if annotation.color is None else annotation.color
         draw_measures(sheet, view, annotation.measures, color)
-    if annotation.axes:
-        draw_axes(sheet, view)
+    axes = laid_axes(sheet, view) if annotation.axes else []
+    if annotation.box:
+        for volume in scene.volumes:
+            _draw_box(sheet, View(view.camera, volume, view.size))
+    draw_axes(sheet, view, axes)
 
 
 def place_legends(sheet: Sheet, scene: Scene, annotation: Annotation, window: tuple[float, float] | None) -> None:
@@ -97,7 +100,7 @@ def _draw_box(sheet: Sheet, view: View) -> None:
         ends = view.edge(edge)
         if ends is not None:
             hidden = view.faces_that_show(edge) == 0
-            sheet.line(*ends, "behind" if hidden else "box", opacity=_HIDDEN if hidden else _SEEN)
+            sheet.broken_line(*ends, "behind" if hidden else "box", opacity=_HIDDEN if hidden else _SEEN)
 
 
 def _draw_title(sheet: Sheet, title: str) -> None:

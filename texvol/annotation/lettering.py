@@ -123,7 +123,7 @@ class Lettering:
             return text, size
         most = min(len(text), int(width))  # letters are wider than a pixel
         kept = bisect_right(range(1, most), width, key=lambda n: self.box(text[:n] + ELLIPSIS, size).width)
-        return (text[:kept].rstrip() + ELLIPSIS if kept else ""), size
+        return (text[:kept].rstrip(" .") + ELLIPSIS if kept else ""), size
 
     @contextmanager
     def _opened(self, size: float) -> Iterator[Any]:

@@ -37,21 +37,26 @@ _SCALE_BAR = (0.0, 0.0, 0.0, 2.6)
 _AXES = (4.5, 2.5, 1.0, 3.5)
 _LEGEND_AIR = 1.2
 _LEAST_LEFT = 0.78  # least fraction of each side that is left to the picture; annotation then lies over its edges
-_LEAST, _ENOUGH = 0.70, 0.72  # of the picture: less than the first, and what shows is enlarged to the second
+_LEAST, _ENOUGH = 0.70, 0.71  # of the picture: less than the first, and what shows is enlarged to the second
+_BORDER = 1 - 1 / FRAMING_MARGIN  # in half heights: of each side without annotation
 _STEPS = 4  # towards a perspective eye
+Ranges = tuple[tuple[float, float], ...]  # across and upwards
 
 
 def framed_with_margins(camera: Camera, scene: Scene, size: tuple[int, int], annotation: Annotation) -> Camera:
     """Return the moved camera; see `annotation.with_room`."""
-    free = _free(scene, size, annotation)
+    free, beside_legend = _free(scene, size, annotation)
     around_box = _box_in(free, camera, scene)
     if scene.mode not in ("composite", "isosurface"):
         return around_box
-    return _filled(around_box, free, scene, size[0] / size[1])
+    return _filled(around_box, free, beside_legend, scene, size[0] / size[1])
 
 
-def _filled(camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene, aspect: float) -> Camera:
-    """Return the camera nearer to what shows if that fills less than `_LEAST` of the picture, whatever of the box."""
+def _filled(camera: Camera, free: Ranges, beside_legend: float, scene: Scene, aspect: float) -> Camera:
+    """Return the camera nearer to what shows if that fills less than `_LEAST` of the picture, whatever of the box.
+
+    What shows ends at `beside_legend` at the right, as far as there is room at the left.
+    """
     content = content_of(scene.looked)
     for step in range(_STEPS):
         seen = extent_seen(camera, content) if content else None
@@ -64,10 +69,10 @@ def _filled(camera: Camera, free: tuple[tuple[float, float], ...], scene: Scene,
             return camera
         closer = side / _ENOUGH
         half = camera.half_height * (depth if camera.projection == "perspective" else 1.0)
-        middles = [
-            ((low + high) / 2, (begin + end) / 2) for (low, high), (begin, end) in zip(extent, free, strict=True)
-        ]
-        shift = [half * (middle - closer * wanted) for middle, wanted in middles]
+        seen_at, wanted = (np.mean(each, axis=1) for each in (extent, free))
+        reach = (right - left) / 2 / closer
+        wanted[0] = max(min(wanted[0], beside_legend - reach), reach + _BORDER - aspect)
+        shift = (half * (seen_at - closer * wanted)).tolist()
         if camera.projection == "orthographic":
             camera = _moved(replace(camera, height=camera.height * closer), shift, 0.0)
         else:
@@ -106,8 +111,11 @@ def _moved(camera: Camera, shift: list[float], back: float) -> Camera:
     return replace(camera, eye=tuple(eye), target=tuple(np.array(camera.target) + across))
 
 
-def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[tuple[float, float], ...]:
-    """Return the ranges of the picture that annotation leaves free, across and upwards, in half heights."""
+def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[Ranges, float]:
+    """Return the ranges of the picture that annotation leaves free, across and upwards, and where the legend begins.
+
+    All are in half heights from the middle.
+    """
     sheet = Sheet(size, check_drawable(annotation, scene), scene.background, annotation.color, annotation.font_size)
     parts = (
         (annotation.title, _TITLE), (annotation.orientation, _LETTERS), (annotation.axes, _AXES),
@@ -115,17 +123,25 @@ def _free(scene: Scene, size: tuple[int, int], annotation: Annotation) -> tuple[
     )  # fmt: skip
     asked = np.array([part for wanted, part in parts if wanted]).reshape(-1, 4)
     left, right, top, bottom = (sheet.em * asked.sum(axis=0)).tolist()
-    if annotation.legend and scene.mode not in ("xray", "average"):
-        contents = contents_of(scene, annotation.value_name, None, sheet.letters)
-        right += legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)
-    elif annotation.legend:
-        right += 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em  # an estimate: its numbers are not known yet
+    legend = _legend_width(sheet, scene, annotation)
+    right += legend
     width, height = size
-    border = (1 - 1 / FRAMING_MARGIN) / 2 * height
+    beside_legend = (width - 2 * (legend + _LETTERS[1] * sheet.em * annotation.orientation)) / height
+    border = _BORDER / 2 * height
     sides = []
     for before, after, count in ((left, right, width), (bottom, top, height)):
         before, after = max(before, border), max(after, border)
         most = (1 - _LEAST_LEFT) * count
         shrunk = min(1.0, most / (before + after))
         sides.append((2 * before * shrunk / height - count / height, count / height - 2 * after * shrunk / height))
-    return tuple(sides)
+    return tuple(sides), beside_legend
+
+
+def _legend_width(sheet: Sheet, scene: Scene, annotation: Annotation) -> float:
+    """Return the pixels that the legends take at the right, with the air beside them."""
+    if not annotation.legend:
+        return 0.0
+    if scene.mode in ("xray", "average"):  # an estimate: their numbers are not known yet
+        return 2 * _LETTERS[0] * sheet.em + _LEGEND_AIR * sheet.em
+    contents = contents_of(scene, annotation.value_name, None, sheet.letters)
+    return legends_width(sheet, contents) + _LEGEND_AIR * sheet.em * bool(contents)

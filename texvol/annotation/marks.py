@@ -133,16 +133,18 @@ def _beyond(distance: Numbers, direction: Numbers) -> Numbers:
 
 def within(start: Numbers, end: Numbers, margin: float, size: Size) -> tuple[Numbers, Numbers] | None:
     """Return the part of a line inside the picture and a margin around it; None if no part is inside."""
+    first, last = fractions_inside(start, end, (-margin, -margin, size[0] + margin, size[1] + margin))
     direction = end - start
+    return (start + first * direction, start + last * direction) if first < last else None
+
+
+def fractions_inside(start: Numbers, end: Numbers, rect: tuple[float, float, float, float]) -> tuple[float, float]:
+    """Return where a line enters and leaves the rectangle left, top, right, bottom; 1 and 0 if the line misses it."""
     first, last = 0.0, 1.0
-    for axis, count in enumerate(size):
-        low, high = -margin - start[axis], count + margin - start[axis]
-        if abs(direction[axis]) < _LEVEL:
-            if low > 0 or high < 0:
-                return None
-            continue
-        near, far = sorted((low / direction[axis], high / direction[axis]))
-        first, last = max(first, near), min(last, far)
-    if not first < last:
-        return None
-    return start + first * direction, start + last * direction
+    for begin, step, low, high in zip(start.tolist(), (end - start).tolist(), rect[:2], rect[2:], strict=True):
+        if abs(step) > _LEVEL:
+            one, other = sorted(((low - begin) / step, (high - begin) / step))
+            first, last = max(first, one), min(last, other)
+        elif not low <= begin <= high:
+            return 1.0, 0.0
+    return (first, last) if first < last else (1.0, 0.0)

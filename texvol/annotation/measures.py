@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.annotation import rounding
+from texvol.annotation.marks import fractions_inside
 from texvol.annotation.sheet import Rect, Sheet
 from texvol.annotation.view import EDGES, View
 from texvol.scene.measures.measure import Measure
@@ -153,9 +154,7 @@ def _meets(rect: Rect, others: Sequence[Rect]) -> bool:
 
 def _crosses(stroke: Stroke, rect: Rect) -> bool:
     """True if a line crosses a rectangle."""
-    corner = np.array((rect.left, rect.top))
-    size = rect.right - rect.left, rect.bottom - rect.top
-    first, last = _fractions(stroke.start - corner, stroke.end - corner, size)
+    first, last = fractions_inside(stroke.start, stroke.end, rect)
     return first < last
 
 
@@ -182,7 +181,7 @@ def _moved_inside(
 
 def _is_in(stroke: Stroke, size: tuple[int, int]) -> bool:
     """True if a part of a line is in the picture."""
-    first, last = _fractions(stroke.start, stroke.end, size)
+    first, last = fractions_inside(stroke.start, stroke.end, (0, 0, *size))
     return first < last
 
 
@@ -288,18 +287,6 @@ def _unit(vector: Numbers, otherwise: Numbers) -> Numbers:
 
 def _clipped(start: Numbers, end: Numbers, size: tuple[int, int]) -> tuple[Numbers, Numbers]:
     """Return the part of a line in the picture; the line itself if no part is."""
-    first, last = _fractions(start, end, size)
+    first, last = fractions_inside(start, end, (0, 0, *size))
     step = end - start
     return (start + first * step, start + last * step) if first < last else (start, end)
-
-
-def _fractions(start: Numbers, end: Numbers, size: tuple[float, float]) -> tuple[float, float]:
-    """Return where a line enters and leaves the rectangle from (0, 0) to `size`; 1 and 0 if it misses it."""
-    first, last = 0.0, 1.0
-    for begin, step, length in zip(start.tolist(), (end - start).tolist(), size, strict=True):
-        if abs(step) > 1e-12:
-            one, other = sorted((-begin / step, (length - begin) / step))
-            first, last = max(first, one), min(last, other)
-        elif not 0 <= begin <= length:
-            return 1.0, 0.0
-    return first, last

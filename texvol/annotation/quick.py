@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, fields
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from texvol.annotation import marks
 from texvol.annotation.drawing import place_all, place_legends
 from texvol.annotation.lettering import Lettering
 from texvol.annotation.request import Annotation
-from texvol.annotation.sheet import WHITE, Rect, Sheet
+from texvol.annotation.sheet import LAYERS, WHITE, Rect, Sheet
 from texvol.annotation.view import View
 from texvol.opengl.overlay import Line, Patch
 from texvol.scene.scene import Scene
@@ -40,7 +41,7 @@ class _QuickSheet(Sheet):
 
     def __init__(self, words: dict[Hashable, tuple[NDArray[np.float16], int, int]], *how: Any) -> None:
         super().__init__(*how)
-        self._lines: dict[Line, Line] = {}  # by all but their opacity
+        self._lines: dict[Line, tuple[int, Line]] = {}  # with their layers, by all but their opacity
         self.patches: list[Patch] = []
         self._words = words
 
@@ -63,13 +64,13 @@ class _QuickSheet(Sheet):
             line = Line((x0, y0), (x1, y1), (red, green, blue), self.width, opacity, layer == "behind")
             # An axis lies on an edge of the box.
             same = self._lines.pop(line._replace(opacity=1.0), None)
-            under = same.opacity if same is not None else 0.0
-            self._lines[line._replace(opacity=1.0)] = line._replace(under=under)
+            under = same[1].opacity if same is not None else 0.0
+            self._lines[line._replace(opacity=1.0)] = LAYERS.index(layer), line._replace(under=under)
 
     @property
     def lines(self) -> list[Line]:
         """Lines in the order in which they are drawn."""
-        return [*self._lines.values()]
+        return [line for _, line in sorted(self._lines.values(), key=itemgetter(0))]
 
     def kept(self, key: Hashable) -> list[Patch]:
         """Return the patches, with one of all that has been drawn as pixels, which gets that key."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from texvol.scene.measures.measure import Measure
 from texvol.util.errors import InputError, check_type, is_number
+from texvol.util.suggestions import check_one_of
 
 Triple = tuple[float, float, float]
 PARTS = ("box", "axes", "orientation", "legend", "scale-bar")  # names of parts that are on or off
@@ -93,8 +94,7 @@ class Annotation:
         """
         wanted = list(parts)
         for part in wanted:
-            if part not in PARTS:
-                raise InputError(f"annotation: part must be one of {', '.join(PARTS)}, got {part!r}")
+            check_one_of("annotation: part", part, PARTS)
         chosen: dict[str, Any] = {_field(part): True for part in wanted}
         return cls(**chosen, title=title, **further)
 

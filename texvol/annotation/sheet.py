@@ -20,6 +20,7 @@ _LEAST_EM = 9.0  # pixels: smaller letters can't be read; small pictures have le
 _LINE = 1 / 12  # width of lines, in ems
 _OUTLINE = 1 / 9  # width of outlines, in ems
 _AIR = 0.35  # free space around each part, in ems
+_BREAK = 0.2  # ems around a part in which lines behind it are left out
 _MID_GREY = 0.18  # linear light that looks half way between black and white
 BLACK, WHITE = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
 
@@ -121,6 +122,18 @@ class Sheet:
         (x0, y0), (x1, y1) = np.asarray(start, np.float64), np.asarray(end, np.float64)
         mark = marks.line((x0, y0), (x1, y1), self.width, self.color, self.size, opacity)
         self._marks[layer].append(mark)
+
+    def broken_line(self, start: ArrayLike, end: ArrayLike, layer: str = "line", opacity: float = 1.0) -> None:
+        """Draw a straight line as `line`, left out where other parts have their room."""
+        first, last = np.asarray(start, np.float64), np.asarray(end, np.float64)
+        rooms = (marks.fractions_inside(first, last, rect.grown(_BREAK * self.em)) for rect in self.taken)
+        begin = 0.0
+        for enters, leaves in sorted(room for room in rooms if room[0] < room[1]):
+            if enters > begin:
+                self.line(first + begin * (last - first), first + enters * (last - first), layer, opacity)
+            begin = max(begin, leaves)
+        if begin < 1:
+            self.line(first + begin * (last - first), last, layer, opacity)
 
     def rectangle(self, rect: Rect, color: ArrayLike | None = None, *, outlined: bool = False) -> None:
         """Fill a rectangle with a colour, by default the sheet's colour."""

@@ -18,6 +18,7 @@ from texvol.geometry.surfaces.field import Facets, Field, field_of
 from texvol.scene.shapes import Mesh
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 
 MeshMethod = Literal["marching-cubes", "marching-tetrahedra", "cuberille", "contours"]
 SurfaceMethod = Literal[MeshMethod, "dividing-cubes"]
@@ -56,8 +57,7 @@ def surface_of(
     MissingExtraError
         If scikit-image is not installed, for "marching-cubes" and "contours".
     """
-    if method not in METHODS:
-        raise InputError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    check_one_of("method", method, METHODS)
     if cell_size is not None and method != "dividing-cubes":
         raise InputError(f"cell_size is for method dividing-cubes only, got method {method}")
     field = checked_field(volume, value)

@@ -12,7 +12,7 @@ from typing import Any
 from texvol.methods.method import Method, Numbers, Size
 from texvol.scene.picture_size import checked_size
 from texvol.scene.scene import Scene
-from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 
 __all__ = ["METHODS", "Method", "draw", "method_of"]
 
@@ -47,8 +47,7 @@ def method_of(name: str) -> type[Method]:
     InputError
         If there is no method of that name.
     """
-    if name not in METHODS:
-        raise InputError(f"method must be one of {', '.join(METHODS)}, got {name!r}")
+    check_one_of("method", name, METHODS)
     module, kind = METHODS[name]
     found: type[Method] = getattr(import_module(f"texvol.methods.{module}"), kind)
     return found

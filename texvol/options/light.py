@@ -24,8 +24,8 @@ from texvol.scene.gradient import Estimator, EstimatorKind
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.light_sets import LIGHT_SETS, light_set
 from texvol.scene.lighting import LIGHT_KINDS, DepthCue, Light, Lighting, LightKind, Triple
-from texvol.util.color import color_of_text
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 AMBIENT, DEPTH, NO_LIGHT = "ambient", "depth", "none"
 WORDS = ("head", *LIGHT_SETS, AMBIENT, DEPTH, NO_LIGHT)  # lights that need no numbers
@@ -73,7 +73,8 @@ def light(text: str) -> Light | str:
     if kind in (AMBIENT, DEPTH, NO_LIGHT, *LIGHT_SETS) and not parts:
         return kind
     if kind not in LIGHT_KINDS or len(parts) > len(_TABLE_KEYS[kind]):
-        raise argparse.ArgumentTypeError(f"must be {_LIGHT_FORMS}, got {text!r}")
+        near = did_you_mean(kind, _TABLE_KEYS) if kind not in _TABLE_KEYS else ""
+        raise argparse.ArgumentTypeError(f"must be {_LIGHT_FORMS}, got {text!r}{near}")
     key = _TABLE_KEYS[kind][0] if kind != "head" else ""
     triple = parts.pop(0) if key and parts else ""
     vector = cast(Triple, texts.numbers(triple, f"a {key} X,Y,Z", 3)) if triple else None
@@ -86,7 +87,8 @@ def light_table(table: Mapping[str, Any]) -> Light | str:
     """Return the light of a table with `kind`, `direction` or `position`, `color`, and `fall-off` of a point light."""
     kind = table.get("kind", "nothing")
     if not isinstance(kind, str) or kind not in _TABLE_KEYS:
-        raise argparse.ArgumentTypeError(f"kind must be one of {', '.join(_TABLE_KEYS)}, got {kind!r}")
+        near = did_you_mean(str(kind), _TABLE_KEYS)
+        raise argparse.ArgumentTypeError(f"kind must be one of {', '.join(_TABLE_KEYS)}, got {kind!r}{near}")
     known = _TABLE_KEYS[kind]
     unknown = [key for key in table if key not in ("kind", *known)]
     if unknown:
@@ -123,7 +125,7 @@ def depth_cue(text: str) -> DepthCue:
     """Return the depth cue of "S[,R,G,B][:NEAR,FAR]"."""
     look, _, ends = text.partition(":")
     strength, _, name = look.partition(",")
-    named = color_of_text(name)
+    named = cast(Triple, texts.rgb(name, "a strength S, or S,R,G,B")) if texts.is_word(name) else None
     numbers = texts.numbers(strength if named else look, "a strength S, or S,R,G,B", 1, 4)
     color = named or (cast(Triple, numbers[1:]) if len(numbers) > 1 else DepthCue.color)
     near, far = _ends(ends) if ":" in text else (None, None)
@@ -228,7 +230,7 @@ def overridden(file: Mapping[str, Any], line: Mapping[str, Any]) -> dict[str, An
 def isosurface(text: str) -> Isosurface:
     """Return the isosurface of "V", "V:R,G,B", "V:A" or "V:R,G,B:A"."""
     value, *look = (part.strip() for part in text.split(":"))
-    is_color = bool(look) and ("," in look[0] or color_of_text(look[0]) is not None)
+    is_color = bool(look) and ("," in look[0] or texts.is_word(look[0]))
     color = cast(Triple, texts.rgb(look.pop(0), "a colour R,G,B")) if is_color else None
     if len(look) > 1:
         raise argparse.ArgumentTypeError(f"must be V[:R,G,B][:A], got {text!r}")

@@ -1,6 +1,6 @@
 """Look of a volume by its options: of a preset, of a transfer-function file that holds one, or by the kind of data.
 
-A transfer-function file, JSON or TOML, may hold the keys of a scene file for light, gradient, depth cue and background
+A transfer-function file, JSON or TOML, may hold the keys of a scene file for light, gradient and background
 beside those of the transfer function:
 
     light = ["head:0.8"]

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from texvol.formats.readers import TimeSeries
 
 DEFAULT_SIZE = (512, 512)
+# Options of an image, and not of one of its channels.
+_OF_ALL_CHANNELS = ("unit", "spacing", "transform", "mask", "opacity")
 
 
 def add_scene_options(parser: argparse.ArgumentParser) -> None:
@@ -206,7 +208,7 @@ class SceneOptions:
         """Return the other active channels of the volume's image, which are drawn with it."""
         from texvol.formats.stores.channels import other_channels
 
-        like = {key: value for key, value in self._chosen.items() if key in ("spacing", "transform", "mask")}
+        like = {key: value for key, value in self._chosen.items() if key in _OF_ALL_CHANNELS}
         told = reading.chosen(self._reading)
         choices = [AddedChoice(self.volume, like | told | {"channel": each}) for each in other_channels(volume)]
         return tuple((each, each.load()) for each in choices)

@@ -18,7 +18,7 @@ from texvol.scene.air import HOUNSFIELD, Air, checked_air
 from texvol.scene.cutting import ClipPlane, Range, checked_crop
 from texvol.scene.lighting import checked_shadow_nodes
 from texvol.scene.spaces import letters_of_space
-from texvol.util.color import color_of_text
+from texvol.util.color import color_guess, color_of_text
 from texvol.util.errors import InputError
 from texvol.util.numbers import number_of
 from texvol.util.suggestions import did_you_mean
@@ -77,9 +77,18 @@ def triple(text: str) -> tuple[float, float, float]:
     return x, y, z
 
 
+def is_word(text: str) -> bool:
+    """True if a text begins as the name of a colour, or as #RRGGBB."""
+    return re.match(r"\s*[#a-zA-Z]", text) is not None
+
+
 def rgb(text: str, form: str, *counts: int) -> tuple[float, ...]:
     """Return linear RGB of a name such as white, of #RRGGBB, or numbers, as many as one of `counts` (3)."""
-    return color_of_text(text) or numbers(text, form, *(counts or (3,)))
+    if (named := color_of_text(text)) is not None:
+        return named
+    if is_word(text):
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}{color_guess(text)}")
+    return numbers(text, form, *(counts or (3,)))
 
 
 def color(text: str) -> tuple[float, float, float] | None:
@@ -88,8 +97,9 @@ def color(text: str) -> tuple[float, float, float] | None:
         return None
     if (named := color_of_text(text)) is not None:
         return named
-    if re.match(r"\s*[#a-zA-Z]", text):
-        raise argparse.ArgumentTypeError(f"must be R,G,B, #RRGGBB, a name such as white, or transparent, got {text!r}")
+    if is_word(text):
+        form = "R,G,B, #RRGGBB, a name such as white, or transparent"
+        raise argparse.ArgumentTypeError(f"must be {form}, got {text!r}{color_guess(text)}")
     rgb = triple(text)
     if not all(0 <= each < np.inf for each in rgb):
         raise argparse.ArgumentTypeError(f"must be three numbers of at least 0, R,G,B, got {text!r}")
@@ -125,7 +135,8 @@ def air(text: str) -> Air:
     try:
         return checked_air(float(text))
     except ValueError:  # InputError is one
-        raise argparse.ArgumentTypeError(f"must be a finite number, {HOUNSFIELD} or none, got {text!r}") from None
+        near = did_you_mean(word, (HOUNSFIELD, "none"))
+        raise argparse.ArgumentTypeError(f"must be a finite number, {HOUNSFIELD} or none, got {text!r}{near}") from None
 
 
 def sample_value(text: str) -> int | float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import inspect
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
@@ -77,6 +77,7 @@ class AskedScene(NamedTuple):
 
 def scene_of(what: Any, size: Any = None, **how: Any) -> AskedScene:
     """Return the scene of anything that holds a volume, and how its picture is made; see `render`."""
+    _check_known(how)
     if isinstance(what, Scene):
         if how:
             raise InputError(f"a Scene has its parts: {_instead(*how)}")
@@ -95,6 +96,14 @@ def scene_of(what: Any, size: Any = None, **how: Any) -> AskedScene:
         volume = options.taken(volume_of(what, **spacing, **asked.told))
     scene = options.scene(volume)
     return AskedScene(scene.replace(**asked.parts) if asked.parts else scene, options.size, options.transparent)
+
+
+def _check_known(names: Iterable[str]) -> None:
+    """Raise InputError with a guess for the first name that is of no option and of no part of a scene."""
+    known = ["size", *(each.replace("-", "_") for each in (*SCENE_OPTIONS, *reading.READING, *ACCURACY, *_PARTS))]
+    for name in names:
+        if name.replace("-", "_") not in known:
+            raise InputError(f"render: unknown argument {name!r}{did_you_mean(name, known)}")
 
 
 def _instead(*names: str) -> str:
@@ -137,11 +146,8 @@ class Asked:
                 parts[part] = value
             elif option in SCENE_OPTIONS:
                 chosen[name] = _converted(option, value)
-            elif option in reading.READING:
-                told[name] = value
             else:
-                names = [each.replace("-", "_") for each in (*SCENE_OPTIONS, *reading.READING, *ACCURACY, *_PARTS)]
-                raise InputError(f"render: unknown argument {name!r}{did_you_mean(name, names)}")
+                told[name] = value
         if "camera" in parts:
             chosen.setdefault("fit", "box")  # nothing has to be looked for to frame it
         if "transfer_function" in parts and not {"light", *SHADING} & set(chosen):

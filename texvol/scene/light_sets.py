@@ -21,8 +21,7 @@ import numpy as np
 
 from texvol.scene.camera import Camera
 from texvol.scene.lighting import Light, Lighting, Triple
-from texvol.util.errors import InputError
-from texvol.util.suggestions import did_you_mean
+from texvol.util.suggestions import check_one_of
 
 
 class _Placed(NamedTuple):
@@ -69,8 +68,7 @@ def light_set(name: str, camera: Camera) -> Lighting:
     InputError
         If there is no set of that name.
     """
-    if name not in _SETS:
-        raise InputError(f"light: set must be one of {', '.join(LIGHT_SETS)}, got {name!r}{did_you_mean(name, _SETS)}")
+    check_one_of("light: set", name, LIGHT_SETS)
     placed, exposure = _SETS[name]
     frame = np.stack([camera.right, camera.upward, -camera.forward], axis=1)
     lights = []

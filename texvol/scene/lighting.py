@@ -34,6 +34,7 @@ from texvol.scene.camera import Camera
 from texvol.scene.volume import Volume
 from texvol.util.color import linear_color
 from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 
 LightKind = Literal["head", "directional", "point"]
 LIGHT_KINDS: tuple[str, ...] = get_args(LightKind)
@@ -87,8 +88,7 @@ class Light:
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        if self.kind not in LIGHT_KINDS:
-            raise InputError(f"light: kind must be one of {', '.join(LIGHT_KINDS)}, got {self.kind!r}")
+        check_one_of("light: kind", self.kind, LIGHT_KINDS)
         object.__setattr__(self, "color", linear_color(self.color, "light: colour"))
         if self.fall_off is not None:
             if self.kind != "point":

@@ -30,6 +30,7 @@ from texvol.scene.transfer.labels import label_function
 from texvol.scene.transfer.units import typical_samples
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 NO_LIGHT = "none"
 _HEAD = "head"
@@ -118,8 +119,9 @@ def _light_by(word: str, scene: SceneParts) -> Lighting:
     if word == _HEAD:
         return EXPOSED
     if word not in LIGHT_SETS:
-        words = ", ".join((NO_LIGHT, _HEAD, *LIGHT_SETS))
-        raise InputError(f"scene: lighting must be a Lighting or one of {words}, got {word!r}")
+        words = NO_LIGHT, _HEAD, *LIGHT_SETS
+        near = did_you_mean(word, words)
+        raise InputError(f"scene: lighting must be a Lighting or one of {', '.join(words)}, got {word!r}{near}")
     return light_set(word, scene.camera or Camera.framing(scene.volume))
 
 

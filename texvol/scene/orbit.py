@@ -25,6 +25,7 @@ from texvol.scene.camera import FRAMING_MARGIN, Camera, Projection
 from texvol.scene.spaces import OPPOSITE, letters_of_space
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 
 AXES = ("up", "picture", "head", "x", "y", "z")
 HIGHEST = 80.0  # degrees, elevation of the first of several rows; at 90 there is no direction upwards
@@ -52,8 +53,7 @@ class Turn:
     rows: int = 1
 
     def __post_init__(self) -> None:
-        if self.axis not in AXES:
-            raise InputError(f"orbit: axis must be one of {', '.join(AXES)}, got {self.axis!r}")
+        check_one_of("orbit: axis", self.axis, AXES)
         number = isinstance(self.turns, int | float) and not isinstance(self.turns, bool)
         if not number or not 0 < abs(self.turns) <= 1000:
             raise InputError(f"orbit: turns must be a number other than 0, from -1000 to 1000, got {self.turns!r}")

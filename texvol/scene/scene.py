@@ -37,7 +37,7 @@ from texvol.scene.volume import Volume
 from texvol.util.color import linear_color
 from texvol.util.errors import InputError, check_type
 from texvol.util.late import ShownInNotebooks, late
-from texvol.util.suggestions import did_you_mean
+from texvol.util.suggestions import check_one_of, did_you_mean
 
 Classification = Literal["auto", "slab", "extinction", "post", "integrated"]
 CLASSIFICATION_CHOICES: tuple[str, ...] = get_args(Classification)
@@ -158,8 +158,7 @@ class Scene(ShownInNotebooks):
         check_types(self)
         object.__setattr__(self, "background", linear_color(self.background, "scene: background"))
         for name, known in (("classification", CLASSIFICATION_CHOICES), ("mode", MODES), ("coloring", COLORINGS)):
-            if (chosen := getattr(self, name)) not in known:
-                raise InputError(f"scene: {name} must be one of {', '.join(known)}, got {chosen!r}")
+            check_one_of(f"scene: {name}", getattr(self, name), known)
         check_isovalue(self)
         check_air(self)
         check_medium(self)

@@ -9,6 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
+
+# Names of which a misspelt one is looked for: 148 of CSS would suggest colours that nobody meant.
+_COMMON = (
+    "black", "white", "grey", "gray", "red", "green", "blue", "yellow", "orange", "purple", "violet", "magenta", "cyan",
+    "brown", "pink", "navy", "silver", "gold", "beige",
+)  # fmt: skip
 
 
 def srgb_from_linear(linear: NDArray) -> NDArray:
@@ -42,6 +49,11 @@ def color_of_text(text: str) -> tuple[float, float, float] | None:
     return red, green, blue
 
 
+def color_guess(text: str) -> str:
+    """Return "; did you mean 'white'?" for what may be a misspelt name of a colour, or ""."""
+    return did_you_mean(text, _COMMON)
+
+
 def linear_color(color: ArrayLike, what: str) -> tuple[float, float, float]:
     """Return a linear colour: three finite numbers of at least 0, or a text as `color_of_text` takes it.
 
@@ -54,7 +66,8 @@ def linear_color(color: ArrayLike, what: str) -> tuple[float, float, float]:
     is_color = numbers.shape == (3,) and numbers.dtype.kind in "iuf"
     if not is_color or not ((numbers >= 0) & (numbers < np.inf)).all():
         wanted = "three numbers of at least 0, #RRGGBB or a name such as white"
-        raise InputError(f"{what} must be {wanted}, got {color!r}")
+        guess = color_guess(color) if isinstance(color, str) else ""
+        raise InputError(f"{what} must be {wanted}, got {color!r}{guess}")
     red, green, blue = numbers.astype(np.float64).tolist()
     return red, green, blue
 

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import threading
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,6 +40,8 @@ class Entry:
         True if the window can open files of that kind.
     what : str
         Kind of a series of slices, for the entry `HERE`.
+    is_doubtful : bool
+        True for the entry `HERE` if the files may be volumes of their own.
     """
 
     name: str
@@ -46,6 +50,7 @@ class Entry:
     modified: float = 0.0
     is_known: bool = True
     what: str = ""
+    is_doubtful: bool = False
 
     @property
     def is_hidden(self) -> bool:
@@ -86,7 +91,9 @@ class Listing:
             return
         entries = [each for each in kept if each is not None]
         series = self._series(entries)
-        self.entries = [Entry(HERE, False, what=series), *entries] if series else entries
+        doubtful = series == "TIFF" and not _is_numbered([each.name for each in entries if _is_tiff(each)])
+        here = [Entry(HERE, False, what=series, is_doubtful=doubtful)] if series else []
+        self.entries = here + entries
 
     def _series(self, entries: Sequence[Entry]) -> str:
         """Return "DICOM", "TIFF" or "Zarr" if the folder as a whole can be opened, else ""."""
@@ -102,7 +109,10 @@ class Listing:
 
 
 def ordered(entries: Sequence[Entry], by: Order, *, descending: bool, hidden: bool) -> list[Entry]:
-    """Return entries as they are shown: folders, files of known kinds, other files; each sorted."""
+    """Return entries as they are shown: folders, files of known kinds, other files; each sorted.
+
+    The entry for the folder itself comes first, or after the files of known kinds if it is doubtful.
+    """
     keys: dict[Order, Callable[[Entry], tuple]] = {
         "name": lambda each: (),
         "size": lambda each: (each.size,),
@@ -111,7 +121,25 @@ def ordered(entries: Sequence[Entry], by: Order, *, descending: bool, hidden: bo
     shown = [each for each in entries if hidden or not each.is_hidden]
     shown.sort(key=lambda each: (each.name.casefold(), each.name), reverse=descending and by == "name")
     shown.sort(key=keys[by], reverse=descending)
-    return sorted(shown, key=lambda each: (each.name != HERE, not each.is_folder, not each.is_known))
+    return sorted(shown, key=_group)
+
+
+def _group(entry: Entry) -> int:
+    if entry.name == HERE:
+        return 3 if entry.is_doubtful else 0
+    return 1 if entry.is_folder else 2 if entry.is_known else 4
+
+
+def _is_numbered(names: Sequence[str]) -> bool:
+    """True if most names differ in one number alone, as those of slices do."""
+    alike = Counter(
+        name[: number.start()] + "#" + name[number.end() :] for name in names for number in re.finditer(r"\d+", name)
+    )
+    return max(alike.values(), default=0) > max(len(names) / 2, 1)
+
+
+def _is_tiff(entry: Entry) -> bool:
+    return not entry.is_folder and _SLICES.get(_ending(entry.name)) == "TIFF"
 
 
 def completed(text: str, entries: Sequence[Entry]) -> str:

@@ -24,6 +24,7 @@ from texvol.opengl.contexts.devices import Device, chosen, hindrances, name_of, 
 from texvol.opengl.contexts.egl import Egl
 from texvol.opengl.contexts.osmesa import OSMesa
 from texvol.util.errors import ContextError, InputError
+from texvol.util.suggestions import check_one_of
 
 __all__ = ["BACKENDS", "Context", "devices", "open_context"]
 
@@ -118,8 +119,7 @@ def open_context(backend: str = "auto", device: int | str | None = None) -> Cont
     InputError
         No such back end, or no such device; the message lists what there is.
     """
-    if backend not in BACKENDS:
-        raise InputError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
+    check_one_of("backend", backend, BACKENDS)
     if device is not None:
         if backend == "osmesa":
             raise InputError(f"device {device!r} is one of EGL: leave backend='osmesa' out")

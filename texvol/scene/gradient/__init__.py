@@ -32,6 +32,7 @@ from texvol.scene.gradient.fits import gaussian, reach_of
 from texvol.scene.gradient.neighbourhood import Neighbourhood
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 from texvol.util.threads import in_threads
 
 EstimatorKind = Literal["central", "zucker-hummel", "gaussian", "adaptive"]
@@ -57,8 +58,7 @@ class Estimator:
     scale: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.kind not in ESTIMATOR_KINDS:
-            raise InputError(f"gradient: kind must be one of {', '.join(ESTIMATOR_KINDS)}, got {self.kind!r}")
+        check_one_of("gradient: kind", self.kind, ESTIMATOR_KINDS)
         if not isinstance(self.scale, int | float) or not 0.1 <= self.scale <= 100:
             raise InputError(f"gradient: scale must be from 0.1 to 100 samples, got {self.scale!r}")
 

@@ -125,7 +125,7 @@ def from_content(
     if not isinstance(content, dict):
         raise InputError("a transfer function must be a JSON object with points")
     content = without_look(content)
-    parsing.refuse_unknown(content, _KEYS, "a transfer function")
+    parsing.refuse_unknown(content, {*_KEYS, *LOOK_KEYS}, "a transfer function")
     chosen = {key: content.get(key, allowed[0]) for key, allowed in _CHOICES.items()}
     for key, allowed in _CHOICES.items():
         if chosen[key] not in allowed:

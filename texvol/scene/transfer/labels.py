@@ -21,7 +21,7 @@ from texvol.scene.optics import depth_from_opacity
 from texvol.scene.transfer.function import TransferFunction
 from texvol.scene.transfer.pieces import Numbers
 from texvol.scene.volume import Volume
-from texvol.util.color import color_of_text, linear_from_srgb
+from texvol.util.color import color_guess, color_of_text, linear_from_srgb
 from texvol.util.errors import InputError
 
 Color = tuple[float, float, float]
@@ -188,7 +188,7 @@ def parse_labels(text: str) -> LabelLook:
             look.opacities[int(label)] = opacity
         if found["color"]:
             if (color := color_of_text(found["color"])) is None:
-                raise InputError(f"{_FORM}, got {part.strip()!r}")
+                raise InputError(f"{_FORM}, got {part.strip()!r}{color_guess(found['color'])}")
             look.colors[int(label)] = color
     return look
 

@@ -15,6 +15,7 @@ from texvol.scene.transfer.materials import Material, Pair, Triple, boundary
 from texvol.scene.transfer.units import Units
 from texvol.util.color import linear_color
 from texvol.util.errors import InputError
+from texvol.util.suggestions import did_you_mean
 
 # Lists of a file, and how a message calls an entry of each.
 _ENTRY = {
@@ -75,7 +76,8 @@ def refuse_unknown(thing: Any, known: Iterable[str], what: str, wanted: str = ""
         raise InputError(f"{what} must be an object with {wanted}, got {thing!r}")
     unknown = sorted(set(thing) - set(known))
     if unknown:
-        raise InputError(f"{what}: key {unknown[0]!r} not known; known are {', '.join(sorted(known))}")
+        listed = ", ".join(sorted(known)) + did_you_mean(unknown[0], known)
+        raise InputError(f"{what}: key {unknown[0]!r} not known; known are {listed}")
 
 
 def weighted(thing: dict[str, Any], where: str, color_keys: Sequence[str] = ("color",)) -> Weighted:
@@ -127,8 +129,9 @@ def named(name: Any, materials: Sequence[Material]) -> Material:
     for each in materials:
         if each.name == name:
             return each
-    known = ", ".join(each.name for each in materials) or "none"
-    raise InputError(f"material {name!r} not found; known are {known}")
+    names = [each.name for each in materials]
+    near = did_you_mean(name, names) if isinstance(name, str) else ""
+    raise InputError(f"material {name!r} not found; known are {', '.join(names) or 'none'}{near}")
 
 
 def contour(thing: Any, where: str, units: Units, materials: Sequence[Material]) -> Contour:

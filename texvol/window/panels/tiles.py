@@ -28,7 +28,7 @@ from texvol.window.steering import Viewport
 # Colours of planes, ABGR without alpha: those of the axes that they are perpendicular to, red, green and blue.
 COLORS = {"sagittal": 0x5A_5A_FF, "coronal": 0x64_D2_5A, "axial": 0xFF_96_50}
 _LINE, _BORDER, _TITLE = 0xB0_00_00_00, 0xFF_00_00_00, 0xFF_00_00_00  # alpha
-_GROUND = 0xD0_0C_0B_0B  # of headings
+_GROUND = 0xD0_0C_0B_0B  # of headings and letters
 _BEHIND = 0xFF_0C_0B_0B
 _WINDOWING = 300.0  # window coordinates: a drag of this length changes the window by all values
 _ZOOM = 1.15  # for one notch of the wheel
@@ -161,7 +161,7 @@ def _texts(draw: Any, layout: Layout, view: SliceView, name: str) -> None:
         extent = imgui.calc_text_size(letter)
         x = box.x + margin + across * (box.width - extent.x - 2 * margin)
         y = box.y + margin + below * (box.height - extent.y - 2 * margin)
-        _text(x, y, letter)
+        _heading(x, y, letter, 0xFF_FF_FF_FF)  # the crosshair may lie behind it
 
 
 def _heading(x: float, y: float, text: str, color: int) -> None:
@@ -176,7 +176,7 @@ def _heading(x: float, y: float, text: str, color: int) -> None:
         _text(x, y, text, color)
 
 
-def _text(x: float, y: float, text: str, color: int = 0xFF_FF_FF_FF) -> None:
+def _text(x: float, y: float, text: str, color: int) -> None:
     """Draw text with a dark border, legible on any background."""
     draw = imgui.get_window_draw_list()
     for right, down in ((-1, 0), (1, 0), (0, -1), (0, 1)):
