@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import time
@@ -9,13 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from imgui_bundle import imgui
+from support.panel_frames import desk_of_noise, headless
 from support.windows import PATIENCE, ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.util import reach
 from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.events import Event
+from texvol.window.interface import _feed
 from texvol.window.listing import HERE, Entry, Listing, Order, completed, size_text
+from texvol.window.panels.browser import browse
 
 
 @pytest.fixture
@@ -173,6 +178,26 @@ def test_letters_select_what_begins_with_them(folder: Path, monkeypatch: pytest.
     assert looking.text == "/" and looking.wants_field
     typed(looking, "usr")
     assert looking.text == "/usr", "letters that come before the field is edited are its text"
+
+
+def test_a_path_that_is_typed_fast_is_in_the_field_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Letters may come in any number per frame while "/" leads to the field."""
+    desk, path = desk_of_noise(tmp_path, monkeypatch), "/a/a/äb"
+    for cuts in itertools.product((False, True), repeat=len(path) - 1):
+        looking, _ = browser(tmp_path)
+        desk.browser, frames = looking, [path[:1]]
+        for letter, cut in zip(path[1:], cuts, strict=True):
+            frames = [*frames, letter] if cut else [*frames[:-1], frames[-1] + letter]
+        with headless():
+            for letters in ("", "", *frames, "", "", ""):
+                events = [Event("text", name=letter) for letter in letters]
+                for event in events:
+                    _feed(imgui.get_io(), event)
+                imgui.new_frame()
+                browse(desk)
+                desk.hear(events, typing=bool(imgui.get_io().want_text_input))
+                imgui.end_frame()
+        assert looking.text == path, frames
 
 
 def test_a_path_is_completed_as_far_as_names_agree(folder: Path) -> None:

@@ -41,6 +41,8 @@ class Browser:
         True if the path field is to get the keyboard.
     led : str
         Letters that were typed since "/" or "~" led to the path field, until the field is edited.
+    held : int
+        Bytes of `led` that the path field has.
     moved : bool
         True if the list is to be scrolled to the selected entry.
     """
@@ -60,6 +62,7 @@ class Browser:
     text: str = ""
     wants_field: bool = False
     led: str = ""
+    held: int = 0
     moved: bool = False
     listing: Listing = field(init=False)
 
@@ -76,7 +79,7 @@ class Browser:
         self.folder = Path(os.path.abspath(folder))
         if not self.saves:
             self.name, self.text = selected, ""
-        self._typed = self.led = ""
+        self._typed, self.led, self.held = "", "", 0
         self.listing = Listing(self.folder).start(self.wake)
         self.moved = True
 

@@ -105,19 +105,18 @@ def _field(browser: Browser) -> None:
 def _follow_led(data: Any, browser: Browser) -> None:
     """Put letters that led to the field into it, and the cursor behind them.
 
-    Dear ImGui drops the letters of the frame in which a field gets the keyboard, and selects its text, which the next
-    letter would replace.
+    Dear ImGui selects the text of a field that gets the keyboard, and drops the letters of that frame, which come to
+    the browser after it. The first call is that of this frame, in which the field has all letters before them.
     """
     if not browser.led:
         return
-    there = 0  # letters that the field has
-    while there < len(browser.led) and data.buf[there : there + 1] == browser.led[there]:
-        there += 1
-    if there < len(browser.led):
-        data.insert_chars(there, browser.led[there:])
+    letters = browser.led.encode()
+    if browser.held:
+        data.insert_chars(browser.held, letters[browser.held :].decode())
+    browser.held = len(letters)
     data.cursor_pos = data.selection_start = data.selection_end = data.buf_text_len
     if imgui.get_io().want_text_input:  # from now on the browser hears no letters
-        browser.led = ""
+        browser.led, browser.held = "", 0
 
 
 def _shortened(text: str) -> str:
