@@ -128,7 +128,7 @@ def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
     looking.enter("..")
     assert listed(looking).folder == folder
     looking.enter("none.npy")
-    assert "none.npy: file not found" in looking.listing.fault and not looking.over
+    assert "none.npy: file not found" in looking.fault and not looking.over
     looking.pick(Entry("A.npy", False))
     assert looking.over and taken == [str(folder / "A.npy")]
 
@@ -146,7 +146,20 @@ def test_the_button_opens_the_typed_path_or_else_the_selected_entry(folder: Path
     looking, taken = browser(folder)
     looking.typing(f"{folder}/A.n")
     looking.press()
-    assert not taken and looking.listing.fault == "" and looking.folder != folder, "part of a name opens the selection"
+    assert not taken and looking.fault == looking.listing.fault == "" and looking.folder != folder, (
+        "part of a name opens the selection"
+    )
+
+
+def test_what_was_wrong_with_a_path_is_said_until_another_one_is_typed(folder: Path) -> None:
+    looking, _ = browser(folder)
+    looking.listing.fault = "only 20,000 entries are shown"
+    looking.typing("none.npy")
+    looking.enter("none.npy")
+    looking.typing("none.npy")  # the next frame
+    assert "file not found" in looking.fault
+    looking.typing("non")
+    assert looking.fault == "" and looking.listing.fault == "only 20,000 entries are shown"
 
 
 def test_keys_move_open_and_leave(folder: Path) -> None:
@@ -222,7 +235,7 @@ def test_a_place_to_write_need_not_be_there(folder: Path) -> None:
     looking, taken = browser(folder, saves=True, name="new.toml")
     assert looking.text == "new.toml" and looking.wants_field
     looking.enter("gone/other.png")
-    assert "file not found" in looking.listing.fault and not looking.over
+    assert "file not found" in looking.fault and not looking.over
     looking.enter("Series/other.png")
     assert listed(looking).folder == folder / "Series" and looking.name == "other.png" and not looking.over
     looking.enter("other.png")
@@ -297,14 +310,14 @@ def test_folders_out_of_reach_are_not_listed_and_their_files_not_looked_for(tmp_
     try:
         looking, taken = browser(tmp_path / "in")
         for typed in ("../secret.npy", "../nothing.npy", "..", "/etc/passwd"):
-            looking.listing.fault = ""
+            looking.fault = ""
             looking.enter(typed)
-            assert "is outside" in looking.listing.fault, "of a file that is there, and of one that is not"
+            assert "is outside" in looking.fault, "of a file that is there, and of one that is not"
             assert looking.folder == tmp_path / "in"
         for typed in ("x" * 5000, "a/" * 3000, "a\0b", "..%2fsecret.npy", "..\\secret.npy", "file:///etc/passwd"):
-            looking.listing.fault = ""
+            looking.fault = ""
             looking.enter(typed)
-            assert looking.listing.fault
+            assert looking.fault
         listing = Listing(tmp_path)
         listing.read()
         assert listing.entries == [] and "is outside" in listing.fault

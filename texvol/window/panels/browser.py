@@ -46,8 +46,8 @@ def browse(desk: Desk) -> None:
         _end(desk, browser)
         return
     _field(browser)
-    if browser.listing.fault:
-        imgui.text_wrapped(browser.listing.fault)
+    for fault in filter(None, (browser.fault, browser.listing.fault)):
+        imgui.text_wrapped(fault)
     foot = (2 if browser.takes_words else 1) * imgui.get_frame_height_with_spacing()
     if size.x >= _FEWEST * scale and browser.places:
         _places(browser, foot)
