@@ -213,6 +213,42 @@ def test_a_path_that_is_typed_fast_is_in_the_field_whole(tmp_path: Path, monkeyp
         assert looking.text == path, frames
 
 
+def test_enter_in_the_field_of_reading_options_opens_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = desk_of_noise(tmp_path, monkeypatch)
+    looking, taken = browser(tmp_path, takes_words=True)
+    looking.select(Entry("one.npy", False))
+    desk.browser, field, places = looking, imgui.input_text_with_hint, []
+
+    def noted(label: str, *how: Any) -> Any:
+        found = field(label, *how)
+        if label == "##words":
+            low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+            places.append(((low.x + high.x) / 2, (low.y + high.y) / 2))
+        return found
+
+    def frame(*events: Event) -> None:
+        for event in events:
+            _feed(imgui.get_io(), event)
+        imgui.new_frame()
+        browse(desk)
+        desk.hear(events, typing=bool(imgui.get_io().want_text_input))
+        imgui.end_frame()
+
+    monkeypatch.setattr(imgui, "input_text_with_hint", noted)
+    with headless():
+        for _ in range(4):
+            frame()
+        frame(Event("move", *places[-1]))
+        frame(Event("button", name="left", down=True))
+        frame(Event("button", name="left"))
+        frame(*(Event("text", name=letter) for letter in "--time 0"))
+        frame()
+        assert looking.words == "--time 0" and not taken
+        frame(Event("key", name="enter", down=True))
+        frame(Event("key", name="enter"))
+    assert taken == [str(tmp_path / "one.npy")] and looking.words == "--time 0"
+
+
 def test_a_path_is_completed_as_far_as_names_agree(folder: Path) -> None:
     entries = [Entry(name, name[0] == "S") for name in ("scan-1.npy", "Scan-2.npy", "Series", "ß", ".hidden")]
     assert completed("sc", entries) == "scan-1.npy", "as it is written, if that is possible"

@@ -226,8 +226,11 @@ def _row(browser: Browser, entry: Entry, *, is_selected: bool) -> bool:
 def _foot(browser: Browser) -> None:
     if browser.takes_words:
         imgui.set_next_item_width(-1)
-        _, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words)
-        imgui.set_item_tooltip("options of the command line that say how to read the file")
+        entered = imgui.InputTextFlags_.enter_returns_true.value
+        opens, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words, entered)
+        imgui.set_item_tooltip("options of the command line that say how to read the file; Enter opens it")
+        if opens:
+            browser.press()
     typed = bool(browser.text) and not browser.saves
     folder = not typed and browser.selected is not None and browser.selected.is_folder and not browser.saves
     imgui.begin_disabled(not browser.name and not typed)
