@@ -132,7 +132,8 @@ def _of_volumes(found: Measured) -> None:
     for what in whats:
         imgui.table_next_row()
         imgui.table_next_column()
-        imgui.text_disabled(what)
+        imgui.text_disabled(parts.fitting(what, imgui.get_content_region_avail().x))
+        imgui.set_item_tooltip(what)
         for volume in volumes:
             imgui.table_next_column()
             imgui.text_unformatted(texts.get((what, volume), ""))
@@ -141,7 +142,11 @@ def _of_volumes(found: Measured) -> None:
 
 def _named(quantity: Quantity) -> str:
     what = quantity.what.removeprefix("standard ")  # the column is narrow
-    return what if quantity.label is None else f"label {quantity.label}: {what}"
+    if quantity.label is None:
+        return what
+    return (
+        f"{quantity.label} {quantity.label_name}: {what}" if quantity.label_name else f"label {quantity.label}: {what}"
+    )
 
 
 def _plot(profile: Profile, unit: str) -> Point | None:
