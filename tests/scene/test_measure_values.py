@@ -14,6 +14,7 @@ from support.annotated import DIRECTIONS
 from support.large import large
 
 import texvol
+from texvol.scene.label_table import LabelEntry, LabelTable
 from texvol.scene.measures import inside
 from texvol.scene.measures.inside import statistics_inside
 from texvol.scene.measures.measure import Measure, called
@@ -196,6 +197,35 @@ def test_a_box_counts_labels_and_has_no_mean_of_them() -> None:
     assert found.value("volume", "seg", 5) == 16
     with pytest.raises(KeyError):
         found.value("mean", "seg")
+
+
+def test_labels_have_their_names_in_quantities_and_tables() -> None:
+    values = np.zeros((4, 4, 4), np.uint8)
+    values[:2], values[3] = 5, 6
+    volume = Volume(values, labels=True, name="seg")
+    volume.label_table = LabelTable({5: LabelEntry("left lobe, upper"), 9: LabelEntry("not here")})
+    results = [*measure(volume, [Measure("box", ((0, 0, 0), (3, 3, 3)))]), *measured_labels([volume])]
+    for each in results:
+        names = {(quantity.label, quantity.label_name) for quantity in each.quantities if quantity.label is not None}
+        assert names == {(0, ""), (5, "left lobe, upper"), (6, "")}
+    rows = list(csv.DictReader(io.StringIO(csv_of(results))))
+    assert {row["label name"] for row in rows if row["label"] == "5"} == {"left lobe, upper"}
+    assert {row["label name"] for row in rows if row["label"] != "5"} == {""}
+    volume = Volume(values, labels=True, name="seg")
+    volume.label_table = LabelTable({9: LabelEntry("not here"), 5: LabelEntry("five")}, found=True)
+    assert {each.label_name for each in measured_labels([volume])[0].quantities} == {"", "five"}, "one of two"
+    volume = Volume(values + (values == 6), labels=True, name="seg")
+    volume.label_table = LabelTable({1: LabelEntry("not here")}, found=True)
+    assert {each.label_name for each in measured_labels([volume])[0].quantities} == {""}, "the table is of other things"
+
+
+@pytest.mark.parametrize("found", [False, True])
+def test_labels_of_a_store_have_names_though_memory_has_no_room_for_all_of_them(found: bool) -> None:
+    values = np.repeat(np.arange(4, dtype=np.uint8), 512).reshape(32, 8, 8)
+    store, _ = large(Volume(values, name="seg"), memory=1000)
+    store.labels, store.label_table = True, LabelTable({1: LabelEntry("one"), 3: LabelEntry("three")}, found=found)
+    (all_of_it,) = measured_labels([store])
+    assert {each.label_name for each in all_of_it.quantities} == {"", "one", "three"}
 
 
 def test_a_store_is_measured_as_the_same_samples_in_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -223,3 +223,10 @@ def test_a_link_of_somebody_else_in_everybodys_folder_is_not_followed(tmp_path: 
             with pytest.raises(InputError, match="another user's link"):
                 written(link)
             assert victim.read_text() == "mine"
+
+
+def test_a_folder_that_can_not_be_written_to_is_named_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # root may write everywhere
+    with pytest.raises(InputError, match=f"^a.png: its folder {tmp_path} cannot be written to$"):
+        writing.check_writable("a.png")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import time
@@ -9,13 +10,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from imgui_bundle import imgui
+from support.panel_frames import desk_of_noise, headless
 from support.windows import PATIENCE, ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.util import reach
 from texvol.window import recent
 from texvol.window.browsing import Browser
 from texvol.window.events import Event
+from texvol.window.interface import _feed
 from texvol.window.listing import HERE, Entry, Listing, Order, completed, size_text
+from texvol.window.panels.browser import browse
 
 
 @pytest.fixture
@@ -148,7 +153,7 @@ def test_entries_lead_into_folders_and_to_files(folder: Path) -> None:
     looking.enter("..")
     assert listed(looking).folder == folder
     looking.enter("none.npy")
-    assert "none.npy: file not found" in looking.listing.fault and not looking.over
+    assert "none.npy: file not found" in looking.fault and not looking.over
     looking.pick(Entry("A.npy", False))
     assert looking.over and taken == [str(folder / "A.npy")]
 
@@ -166,7 +171,20 @@ def test_the_button_opens_the_typed_path_or_else_the_selected_entry(folder: Path
     looking, taken = browser(folder)
     looking.typing(f"{folder}/A.n")
     looking.press()
-    assert not taken and looking.listing.fault == "" and looking.folder != folder, "part of a name opens the selection"
+    assert not taken and looking.fault == looking.listing.fault == "" and looking.folder != folder, (
+        "part of a name opens the selection"
+    )
+
+
+def test_what_was_wrong_with_a_path_is_said_until_another_one_is_typed(folder: Path) -> None:
+    looking, _ = browser(folder)
+    looking.listing.fault = "only 20,000 entries are shown"
+    looking.typing("none.npy")
+    looking.enter("none.npy")
+    looking.typing("none.npy")  # the next frame
+    assert "file not found" in looking.fault
+    looking.typing("non")
+    assert looking.fault == "" and looking.listing.fault == "only 20,000 entries are shown"
 
 
 def test_keys_move_open_and_leave(folder: Path) -> None:
@@ -200,6 +218,62 @@ def test_letters_select_what_begins_with_them(folder: Path, monkeypatch: pytest.
     assert looking.text == "/usr", "letters that come before the field is edited are its text"
 
 
+def test_a_path_that_is_typed_fast_is_in_the_field_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Letters may come in any number per frame while "/" leads to the field."""
+    desk, path = desk_of_noise(tmp_path, monkeypatch), "/a/a/äb"
+    for cuts in itertools.product((False, True), repeat=len(path) - 1):
+        looking, _ = browser(tmp_path)
+        desk.browser, frames = looking, [path[:1]]
+        for letter, cut in zip(path[1:], cuts, strict=True):
+            frames = [*frames, letter] if cut else [*frames[:-1], frames[-1] + letter]
+        with headless():
+            for letters in ("", "", *frames, "", "", ""):
+                events = [Event("text", name=letter) for letter in letters]
+                for event in events:
+                    _feed(imgui.get_io(), event)
+                imgui.new_frame()
+                browse(desk)
+                desk.hear(events, typing=bool(imgui.get_io().want_text_input))
+                imgui.end_frame()
+        assert looking.text == path, frames
+
+
+def test_enter_in_the_field_of_reading_options_opens_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = desk_of_noise(tmp_path, monkeypatch)
+    looking, taken = browser(tmp_path, takes_words=True)
+    looking.select(Entry("one.npy", False))
+    desk.browser, field, places = looking, imgui.input_text_with_hint, []
+
+    def noted(label: str, *how: Any) -> Any:
+        found = field(label, *how)
+        if label == "##words":
+            low, high = imgui.get_item_rect_min(), imgui.get_item_rect_max()
+            places.append(((low.x + high.x) / 2, (low.y + high.y) / 2))
+        return found
+
+    def frame(*events: Event) -> None:
+        for event in events:
+            _feed(imgui.get_io(), event)
+        imgui.new_frame()
+        browse(desk)
+        desk.hear(events, typing=bool(imgui.get_io().want_text_input))
+        imgui.end_frame()
+
+    monkeypatch.setattr(imgui, "input_text_with_hint", noted)
+    with headless():
+        for _ in range(4):
+            frame()
+        frame(Event("move", *places[-1]))
+        frame(Event("button", name="left", down=True))
+        frame(Event("button", name="left"))
+        frame(*(Event("text", name=letter) for letter in "--time 0"))
+        frame()
+        assert looking.words == "--time 0" and not taken
+        frame(Event("key", name="enter", down=True))
+        frame(Event("key", name="enter"))
+    assert taken == [str(tmp_path / "one.npy")] and looking.words == "--time 0"
+
+
 def test_a_path_is_completed_as_far_as_names_agree(folder: Path) -> None:
     entries = [Entry(name, name[0] == "S") for name in ("scan-1.npy", "Scan-2.npy", "Series", "ß", ".hidden")]
     assert completed("sc", entries) == "scan-1.npy", "as it is written, if that is possible"
@@ -222,7 +296,7 @@ def test_a_place_to_write_need_not_be_there(folder: Path) -> None:
     looking, taken = browser(folder, saves=True, name="new.toml")
     assert looking.text == "new.toml" and looking.wants_field
     looking.enter("gone/other.png")
-    assert "file not found" in looking.listing.fault and not looking.over
+    assert "file not found" in looking.fault and not looking.over
     looking.enter("Series/other.png")
     assert listed(looking).folder == folder / "Series" and looking.name == "other.png" and not looking.over
     looking.enter("other.png")
@@ -297,14 +371,14 @@ def test_folders_out_of_reach_are_not_listed_and_their_files_not_looked_for(tmp_
     try:
         looking, taken = browser(tmp_path / "in")
         for typed in ("../secret.npy", "../nothing.npy", "..", "/etc/passwd"):
-            looking.listing.fault = ""
+            looking.fault = ""
             looking.enter(typed)
-            assert "is outside" in looking.listing.fault, "of a file that is there, and of one that is not"
+            assert "is outside" in looking.fault, "of a file that is there, and of one that is not"
             assert looking.folder == tmp_path / "in"
         for typed in ("x" * 5000, "a/" * 3000, "a\0b", "..%2fsecret.npy", "..\\secret.npy", "file:///etc/passwd"):
-            looking.listing.fault = ""
+            looking.fault = ""
             looking.enter(typed)
-            assert looking.listing.fault
+            assert looking.fault
         listing = Listing(tmp_path)
         listing.read()
         assert listing.entries == [] and "is outside" in listing.fault

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from support.panel_frames import desk_of_noise, headless, shown
 from support.windows import ball, display, script, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.scene.camera import Camera
@@ -18,6 +19,8 @@ from texvol.scene.cutting import ClipPlane
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window import handles
+from texvol.window.navigation import triple
+from texvol.window.panels import parts
 
 VOLUME = Volume(np.zeros((10, 20, 30), np.uint8), spacing=(1.0, 2.0, 3.0), origin=(100.0, 0.0, -40.0))
 CROP = ((103.0, 120.0), (-np.inf, 30.0), (-35.0, 500.0))
@@ -143,6 +146,25 @@ def test_the_border_of_a_plane_is_on_the_plane_and_on_the_box() -> None:
             assert np.dot(plane.normal, end) == pytest.approx(plane.offset)
             assert (end >= limits[:, 0] - 1e-9).all() and (end <= limits[:, 1] + 1e-9).all()
             assert np.isclose(end[:, np.newaxis], limits, atol=1e-9).any()
+
+
+def test_the_position_of_a_plane_that_was_turned_is_no_rounding(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    desk, found = desk_of_noise(tmp_path, monkeypatch), []
+    document, rng = desk.document, np.random.default_rng(3)
+    assert document is not None
+    box = document.scene.box
+    monkeypatch.setattr(parts, "slider", lambda label, value, *ends: (found.append(value), value)[1])
+    with headless():
+        for _ in range(20):
+            normal = rng.normal(size=3)
+            document.change(clip=(ClipPlane(triple(normal), float(normal @ box.centre)),))
+            shown(desk, "Cut", 2)
+        assert len(found) >= 20 and set(found) == {0.0}
+        document.change(clip=(ClipPlane((2.0, 0.0, 0.0), 2 * (float(box.centre[0]) + 1e-6)),))
+        shown(desk, "Cut", 2)
+        assert found[-1] == pytest.approx(1e-6, rel=1e-6)
 
 
 def test_a_clip_plane_is_dragged_in_the_picture(display: str, tmp_path: Path) -> None:  # noqa: F811

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.annotated import DIRECTIONS, outside
 from support.desks import desk_with, done, said
+from support.panel_frames import dressed, headless, noticed, shown
 from support.windows import ball, display, script, until, viewed  # noqa: F401 (display is a fixture)
 
 from texvol.__main__ import main
@@ -187,6 +188,17 @@ def test_a_profile_is_copied_with_a_column_for_each_volume(desk: Desk) -> None:
     rows = list(csv.reader(io.StringIO(found[0])))
     assert rows[0] == ["distance", "x", "y", "z", "v.npy"]
     assert [float(row[4]) for row in rows[1:]] == pytest.approx([0, 1, 2, 3, 4, 5], abs=1e-14)
+
+
+def test_labels_in_a_box_are_shown_with_their_names(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    np.save("seg.npy", np.repeat(np.arange(2, dtype=np.uint8), 32).reshape(4, 4, 4))
+    Path("seg.txt").write_text("1 left lobe\n")
+    desk = dressed(desk_with("seg.npy"))
+    done(desk, "measure box 0,0,0 3,3,3")
+    with headless(), noticed(monkeypatch) as seen:
+        until(lambda: (measure_changes.update(desk), shown(desk, "Measure"), "1 left lobe: samples" in seen.texts)[2])
+    assert "label 0: samples" in seen.texts
 
 
 def test_files_of_others_are_not_overwritten_by_a_table(desk: Desk, tmp_path: Path) -> None:

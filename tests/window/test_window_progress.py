@@ -136,6 +136,17 @@ def test_the_progress_is_shown_with_a_button_that_stops_it(desk: Desk, monkeypat
     assert said(desk) == "stopped: first.png is not written"
 
 
+def test_a_long_name_of_what_is_written_keeps_its_beginning(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk.job["path"] = "folder/the beginning of a name that is" + " long" * 20 + " and ends.png"
+    written: list[str] = []
+    with headless():
+        text = imgui.text_wrapped
+        monkeypatch.setattr(imgui, "text_wrapped", lambda words: (written.append(words), text(words))[1])
+        shown(desk, "File", 1)
+    (words,) = (each for each in written if each.startswith("writing"))
+    assert words.startswith("writing the beginning") and "ends.png" in words and "…" in words and len(words) < 80
+
+
 @pytest.mark.parametrize(
     "state, refining, refined, words",
     [

@@ -133,6 +133,20 @@ def test_a_question_is_as_wide_as_its_longest_answer(monkeypatch: pytest.MonkeyP
         assert wide[-1] >= imgui.calc_text_size(long).x
 
 
+def test_an_answer_that_is_wider_than_the_window_is_shortened_and_a_tooltip_tells_it_whole(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    desk, long = dressed(desk_with("one.npy")), "save " + "a_long_name_" * 20 + ".toml and close"
+    with headless(), noticed(monkeypatch) as seen:
+        desk.ask(Question("Really?", {long: lambda: None}))
+        shown(desk, "File", 4)
+        (label,) = {label for name, label in seen.controls if name == "button" and label.endswith(f"###{long}")}
+        text = label.partition("###")[0]
+        assert text.startswith("save a_") and text.endswith(".toml and close") and "…" in text
+        assert imgui.calc_text_size(text).x < imgui.get_io().display_size.x
+        assert ("button", label) not in seen.bare
+
+
 def test_every_control_of_the_empty_window_has_a_tooltip(monkeypatch: pytest.MonkeyPatch) -> None:
     desk = dressed(desk_with("one.npy"))
     desk.document = None

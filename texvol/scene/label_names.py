@@ -1,7 +1,7 @@
 """Names of the labels of a volume, by its table.
 
 A table that was found beside the file, and not asked for, holds only if it has entries for at least half of the
-volume's labels besides 0: a list of other things may look like a table.
+volume's labels besides 0, of a store those of its overview: a list of other things may look like a table.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from weakref import WeakKeyDictionary
 
 from texvol.scene.label_counts import label_counts
 from texvol.scene.label_table import LabelTable
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.volume import Volume
 
 _FITS = 0.5  # least fraction of a volume's labels of which a found table has entries
@@ -22,10 +23,13 @@ def table_of(volume: Volume) -> LabelTable | None:
     table: LabelTable | None = volume.label_table
     if table is None or not volume.labels:
         return None
+    if not table.found:
+        return table
     if volume not in _HELD:
-        labels = [label for label in label_counts(volume).labels.tolist() if label]
+        seen = volume.overview if isinstance(volume, LargeVolume) else volume
+        labels = [label for label in label_counts(seen).labels.tolist() if label]
         known = sum(label in table.entries for label in labels)
-        _HELD[volume] = table if not table.found or (known and known >= _FITS * len(labels)) else None
+        _HELD[volume] = table if known and known >= _FITS * len(labels) else None
     return _HELD[volume]
 
 

@@ -40,7 +40,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
     except OSError as error:
         raise InputError(f"{path}: cannot be written: {error.strerror}") from None
     if not accessible:
-        raise InputError(f"{path}: its folder {folder} cannot be written to")
+        raise InputError(f"{path}: its folder {folder.absolute()} cannot be written to")
 
 
 def _check_link(path: Path) -> None:

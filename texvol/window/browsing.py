@@ -37,10 +37,14 @@ class Browser:
         Folders that are offered.
     text : str
         Text of the path field.
+    fault : str
+        Why the path could not be entered, until another one is typed.
     wants_field : bool
         True if the path field is to get the keyboard.
     led : str
         Letters that were typed since "/" or "~" led to the path field, until the field is edited.
+    held : int
+        Bytes of `led` that the path field has.
     moved : bool
         True if the list is to be scrolled to the selected entry.
     """
@@ -58,8 +62,10 @@ class Browser:
     hidden: bool = False
     order: tuple[Order, bool] = ("name", False)  # and True if descending
     text: str = ""
+    fault: str = ""
     wants_field: bool = False
     led: str = ""
+    held: int = 0
     moved: bool = False
     listing: Listing = field(init=False)
 
@@ -76,7 +82,7 @@ class Browser:
         self.folder = Path(os.path.abspath(folder))
         if not self.saves:
             self.name, self.text = selected, ""
-        self._typed = self.led = ""
+        self._typed, self.led, self.held, self.fault = "", "", 0, ""
         self.listing = Listing(self.folder).start(self.wake)
         self.moved = True
 
@@ -122,9 +128,9 @@ class Browser:
             reach.check(path)
             self._enter(path)
         except InputError as error:
-            self.listing.fault = str(error)
+            self.fault = str(error)
         except OSError as error:  # a name is too long
-            self.listing.fault = error.strerror or str(error)
+            self.fault = error.strerror or str(error)
 
     def _enter(self, path: Path) -> None:
         if path.is_dir() and not (path.name.lower().endswith(".zarr") and not self.saves):
@@ -139,12 +145,13 @@ class Browser:
         elif not self.saves and path.exists():
             self.choose(path)
         else:
-            self.listing.fault = f"{path.parent if self.saves else path}: file not found"
+            self.fault = f"{path.parent if self.saves else path}: file not found"
 
     def typing(self, text: str) -> None:
         """Note the text of the path field: the first entry that fits is selected, and its folder is read."""
-        if text != self.text and not self.saves:
-            found = first_fitting(text, self.entries or ())
+        if text != self.text:
+            self.fault = ""
+            found = None if self.saves else first_fitting(text, self.entries or ())
             if found is not None:
                 self.name, self.moved = found.name, True
         self.text = text

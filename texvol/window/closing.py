@@ -79,7 +79,7 @@ def _end_writing(desk: Desk, abandoned: Sequence[Document] = ()) -> None:
 
     def wait() -> None:
         desk.when_written = close_then
-        desk.say("the window closes when the file is written")
+        desk.say(f"the window closes when {'all files are' if desk.orders else 'the file is'} written")
 
     def stop() -> None:
         desk.stop_writing()

@@ -13,7 +13,7 @@ from typing import Any
 
 from texvol.scene.measures.values import Measured, Profile
 
-COLUMNS = ("name", "kind", "volume", "label", "quantity", "value", "unit", "distance", "x", "y", "z")
+COLUMNS = ("name", "kind", "volume", "label", "quantity", "value", "unit", "distance", "x", "y", "z", "label name")
 
 
 def csv_of(results: Iterable[Measured], unit: str = "") -> str:
@@ -30,15 +30,15 @@ def csv_of_profile(profile: Profile, unit: str = "") -> str:
 
 
 def _rows(each: Measured, unit: str) -> Iterator[tuple[Any, ...]]:
-    for what, value, value_unit, volume, label in each.quantities:
-        yield each.name, each.kind, volume, label, what, value, value_unit, "", "", "", ""
+    for what, value, value_unit, volume, label, label_name in each.quantities:
+        yield each.name, each.kind, volume, label, what, value, value_unit, "", "", "", "", label_name
     for number, point in enumerate(each.measure.points if each.measure else (), 1):
-        yield each.name, each.kind, "", "", f"point {number}", "", unit, "", *point
+        yield each.name, each.kind, "", "", f"point {number}", "", unit, "", *point, ""
     if each.profile is not None:
         profile = each.profile
         for volume, value_unit, values in zip(profile.volumes, profile.units, profile.values, strict=True):
             for distance, point, value in zip(profile.distances, profile.points, values, strict=True):
-                yield each.name, each.kind, volume, "", "value", value, value_unit, distance, *point
+                yield each.name, each.kind, volume, "", "value", value, value_unit, distance, *point, ""
 
 
 def _text(rows: Iterable[Iterable[Any]]) -> str:

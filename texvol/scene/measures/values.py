@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene import label_names
 from texvol.scene.label_counts import label_counts
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.measures.inside import labels_of_store, statistics_inside
@@ -36,6 +37,7 @@ class Quantity(NamedTuple):
     unit: str = ""
     volume: str = ""
     label: int | None = None
+    label_name: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,10 +132,11 @@ def _numbers_of_labels(volume: Volume) -> Mapping[int, int]:
 
 def _of_labels(volume: Volume, name: str, numbers: Mapping[int, int], unit: str) -> list[Quantity]:
     """Return the number of samples and the volume of each label."""
-    one, quantities = sample_volume(volume), []
+    one, called, quantities = sample_volume(volume), label_names.names_of(volume, numbers), []
     for label, count in numbers.items():
-        quantities.append(Quantity("samples", count, "", name, label))
-        quantities.append(Quantity("volume", count * one, cubed(unit), name, label))
+        of_label = name, label, called.get(label, "")
+        quantities.append(Quantity("samples", count, "", *of_label))
+        quantities.append(Quantity("volume", count * one, cubed(unit), *of_label))
     return quantities
 
 

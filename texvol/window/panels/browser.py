@@ -46,8 +46,8 @@ def browse(desk: Desk) -> None:
         _end(desk, browser)
         return
     _field(browser)
-    if browser.listing.fault:
-        imgui.text_wrapped(browser.listing.fault)
+    for fault in filter(None, (browser.fault, browser.listing.fault)):
+        imgui.text_wrapped(fault)
     foot = (2 if browser.takes_words else 1) * imgui.get_frame_height_with_spacing()
     if size.x >= _FEWEST * scale and browser.places:
         _places(browser, foot)
@@ -105,19 +105,18 @@ def _field(browser: Browser) -> None:
 def _follow_led(data: Any, browser: Browser) -> None:
     """Put letters that led to the field into it, and the cursor behind them.
 
-    Dear ImGui drops the letters of the frame in which a field gets the keyboard, and selects its text, which the next
-    letter would replace.
+    Dear ImGui selects the text of a field that gets the keyboard, and drops the letters of that frame, which come to
+    the browser after it. The first call is that of this frame, in which the field has all letters before them.
     """
     if not browser.led:
         return
-    there = 0  # letters that the field has
-    while there < len(browser.led) and data.buf[there : there + 1] == browser.led[there]:
-        there += 1
-    if there < len(browser.led):
-        data.insert_chars(there, browser.led[there:])
+    letters = browser.led.encode()
+    if browser.held:
+        data.insert_chars(browser.held, letters[browser.held :].decode())
+    browser.held = len(letters)
     data.cursor_pos = data.selection_start = data.selection_end = data.buf_text_len
     if imgui.get_io().want_text_input:  # from now on the browser hears no letters
-        browser.led = ""
+        browser.led, browser.held = "", 0
 
 
 def _shortened(text: str) -> str:
@@ -227,8 +226,11 @@ def _row(browser: Browser, entry: Entry, *, is_selected: bool) -> bool:
 def _foot(browser: Browser) -> None:
     if browser.takes_words:
         imgui.set_next_item_width(-1)
-        _, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words)
-        imgui.set_item_tooltip("options of the command line that say how to read the file")
+        entered = imgui.InputTextFlags_.enter_returns_true.value
+        opens, browser.words = imgui.input_text_with_hint("##words", _WORDS, browser.words, entered)
+        imgui.set_item_tooltip("options of the command line that say how to read the file; Enter opens it")
+        if opens:
+            browser.press()
     typed = bool(browser.text) and not browser.saves
     folder = not typed and browser.selected is not None and browser.selected.is_folder and not browser.saves
     imgui.begin_disabled(not browser.name and not typed)

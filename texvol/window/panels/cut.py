@@ -14,6 +14,8 @@ from texvol.window.handles import bounds
 from texvol.window.navigation import triple
 from texvol.window.panels import parts
 
+_ROUNDING = 1e-12  # relative, of a few operations
+
 
 def show(desk: Desk, document: Document) -> None:
     """Show the Cut tab."""
@@ -80,6 +82,8 @@ def _plane(plane: ClipPlane, box: Volume) -> ClipPlane:
     unit = np.array(plane.normal) / size
     middle = float(unit @ box.centre)
     from_middle = plane.offset / size - middle
+    if abs(from_middle) < _ROUNDING * (abs(middle) + box.radius):
+        from_middle = 0.0  # not 3e-14, after the plane was turned
     changed, numbers = imgui.drag_float3("normal", list(plane.normal), 0.01, -1, 1, "%.3f")
     imgui.set_item_tooltip("direction in which the plane cuts everything away")
     length = float(np.linalg.norm(numbers))

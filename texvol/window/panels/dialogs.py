@@ -52,7 +52,10 @@ def _widest(answers: Sequence[str]) -> float:
 
 def _answer(words: str, is_chosen: bool) -> bool:
     """Show the button of an answer, marked if Enter gives it; return True if it is pressed."""
+    shown = parts.fitting(words, imgui.get_content_region_avail().x - 2 * imgui.get_style().frame_padding.x)
     imgui.push_style_color(imgui.Col_.button.value, _CHOSEN if is_chosen else _OTHER)
-    pressed = imgui.button(words, imgui.ImVec2(-1, 0))
+    pressed = imgui.button(words if shown == words else f"{shown}###{words}", imgui.ImVec2(-1, 0))
     imgui.pop_style_color()
+    if shown != words:
+        imgui.set_item_tooltip(words)
     return bool(pressed)

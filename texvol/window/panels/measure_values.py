@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from imgui_bundle import imgui, implot
@@ -24,6 +24,7 @@ _PLOT = 170.0  # height, window coordinates at scale 1
 _LINE = 1.6  # width of a curve
 _ROWS = 9  # of the table of labels, which scrolls
 _HEADS = ("number and name of the label", "samples that have it", "their volume in the world")  # tooltips
+_WIDTHS = (1.6, 1.0, 1.1)  # of its columns, relative: names are longer than numbers
 _LETTERS = 14  # of a volume's name
 _MOST_PLOTTED = 4000  # points of a plotted line
 
@@ -59,26 +60,25 @@ def labels(desk: Desk, document: Document) -> None:
     found = measure_changes.labels_of(desk)
     if found is None:
         imgui.text_disabled("counting …")
-    tables = [volume.label_table for volume in document.scene.volumes if volume.labels]
-    for each, table in zip(found or (), tables, strict=False):
+    for each in found or ():
         if len(found or ()) > 1:
             imgui.text_unformatted(shortened(each.name, 2 * _LETTERS))
-        _labels(each, {} if table is None else {label: entry.name for label, entry in table.entries.items()})
+        _labels(each)
 
 
-def _labels(each: Measured, names: Mapping[int, str]) -> None:
+def _labels(each: Measured) -> None:
     """Show a table of labels, that scrolls if they are many."""
     samples, volumes = each.quantities[0::2], each.quantities[1::2]
     unit = volumes[0].unit if volumes else ""
     line = imgui.get_text_line_height() + 2 * imgui.get_style().cell_padding.y
     height = line * (min(len(samples), _ROWS) + 1) + 2
-    flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.row_bg | imgui.TableFlags_.sizing_stretch_same
+    flags = imgui.TableFlags_.scroll_y | imgui.TableFlags_.row_bg
     if not imgui.begin_table(f"labels {each.name}", 3, flags, imgui.ImVec2(0, height)):
         return
     imgui.table_setup_scroll_freeze(0, 1)
     heads = "label", "samples", f"volume ({unit})" if unit else "volume"
-    for head in heads:
-        imgui.table_setup_column(head)
+    for head, width in zip(heads, _WIDTHS, strict=True):
+        imgui.table_setup_column(head, imgui.TableColumnFlags_.width_stretch.value, width)
     imgui.table_next_row(imgui.TableRowFlags_.headers)
     for head, tip in zip(heads, _HEADS, strict=True):
         imgui.table_next_column()
@@ -88,15 +88,15 @@ def _labels(each: Measured, names: Mapping[int, str]) -> None:
     clipper.begin(len(samples))
     while clipper.step():
         for position in range(clipper.display_start, clipper.display_end):
-            imgui.table_next_row()
             count, volume = samples[position], in_letters(grouped(volumes[position].value, _DIGITS))
-            name = names.get(count.label or 0, "")
-            label = shortened(f"{count.label} {name}", _LETTERS) if name else str(count.label)
-            for column, cell in enumerate((label, f"{int(count.value):,}", volume)):
+            label = f"{count.label} {count.label_name}".rstrip()
+            imgui.table_next_row()
+            imgui.table_next_column()
+            imgui.text_unformatted(parts.fitting(label, imgui.get_content_region_avail().x))
+            imgui.set_item_tooltip(label)
+            for cell in (f"{int(count.value):,}", volume):
                 imgui.table_next_column()
                 imgui.text_unformatted(cell)
-                if column == 0 and name:
-                    imgui.set_item_tooltip(name)
     clipper.end()
     imgui.end_table()
 
@@ -132,7 +132,8 @@ def _of_volumes(found: Measured) -> None:
     for what in whats:
         imgui.table_next_row()
         imgui.table_next_column()
-        imgui.text_disabled(what)
+        imgui.text_disabled(parts.fitting(what, imgui.get_content_region_avail().x))
+        imgui.set_item_tooltip(what)
         for volume in volumes:
             imgui.table_next_column()
             imgui.text_unformatted(texts.get((what, volume), ""))
@@ -141,7 +142,11 @@ def _of_volumes(found: Measured) -> None:
 
 def _named(quantity: Quantity) -> str:
     what = quantity.what.removeprefix("standard ")  # the column is narrow
-    return what if quantity.label is None else f"label {quantity.label}: {what}"
+    if quantity.label is None:
+        return what
+    return (
+        f"{quantity.label} {quantity.label_name}: {what}" if quantity.label_name else f"label {quantity.label}: {what}"
+    )
 
 
 def _plot(profile: Profile, unit: str) -> Point | None:

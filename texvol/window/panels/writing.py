@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 
 from texvol.util.time_left import duration
 from texvol.window.desk import Desk
+from texvol.window.naming import shortened
 from texvol.window.panels import parts
 
 _MARGIN, _WIDTH = 10.0, 330.0  # window coordinates at scale 1
@@ -35,7 +36,7 @@ def show(desk: Desk) -> None:
     # Nothing is known of the speed before the second picture of a film; before the first one, that of another file is.
     left = desk.moving.left.text(desk.now) if desk.writing > 0 else ""
     left = left or ("" if forecast is None else f"{duration(forecast)} or so")
-    text = f"writing {name[-_LETTERS:]}{waiting}" + (f", {left}" if left else "")
+    text = f"writing {shortened(name, _LETTERS)}{waiting}" + (f", {left}" if left else "")
     is_small = min(viewport.width, viewport.height) < _LEAST * scale
     if not is_small:
         imgui.text_wrapped(text)
