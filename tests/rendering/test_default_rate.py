@@ -157,3 +157,28 @@ def test_the_rate_is_about_the_least_that_keeps_the_limit(scene: Scene, error: f
     if rate > 1:
         finest = 4 * 2 ** np.ceil(np.log2(rate))
         assert estimated(rate, finest) <= limit < estimated(0.8 * rate - 0.5, finest)
+
+
+def test_a_given_transfer_function_without_light_is_drawn_as_ever(scene: Scene) -> None:
+    """One of a look has as many slabs as it needs; a look that is adjusted stays one."""
+    unlit, spacing = replace(scene, lighting=None), scene.volume.smallest_spacing
+    steep = TransferFunction([0.49, 0.5], [(1, 1, 1), (1, 1, 1)], [0, 5.0], by_look=True)
+    with Renderer() as renderer:
+        picture = renderer.render(unlit, SIZE)
+        assert renderer.settings["slab_thickness"] == spacing
+        np.testing.assert_array_equal(picture, renderer.render(unlit, SIZE, sampling_rate=1))
+        for medium, is_chosen in (
+            (steep, True),
+            (replace(steep, name="mine"), True),
+            (replace(steep, by_look=False), False),
+        ):
+            renderer.render(replace(unlit, transfer_function=medium), SIZE)
+            assert (renderer.settings["slab_thickness"] < spacing) == is_chosen
+
+
+@pytest.mark.parametrize("name", [None, "ct-bone", "mr", "fog"])
+def test_looks_say_that_they_chose(scene: Scene, name: str | None) -> None:
+    for lighting in (None, "none"):
+        found = Scene(scene.volume, name, lighting=lighting)
+        medium = found.completed(SIZE).transfer_function
+        assert medium is not None and medium.by_look

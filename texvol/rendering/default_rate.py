@@ -11,6 +11,8 @@ can have; then it is lowered to what the last two bounds foresee, if the bound t
 counted, not timed, so that the same scene always gives the same picture. Rays end at a transmittance of a sixteenth of
 the limit, which is part of the estimate.
 
+An unlit scene whose transfer function is given, and not of a look, is drawn at one slab per voxel as it always was.
+
 A lit scene that is nearly transparent for the most part needs fewer samples if its slabs are divided (`adaptive` of
 `Settings`), at about a third of the rate. It is drawn so where that takes less time for the same error, or keeps the
 limit where nothing else does.
@@ -88,7 +90,9 @@ class DefaultRate:
         """
         self.estimate = None
         undivided = replace(settings, adaptive=None if settings.adaptive == "auto" else settings.adaptive)
-        if chosen is None or chosen.classification != "post" or scene.mode != "composite":
+        medium = scene.transfer_function
+        is_as_given = scene.lighting is None and medium is not None and not medium.by_look
+        if chosen is None or chosen.classification != "post" or scene.mode != "composite" or is_as_given:
             return undivided
         if isinstance(scene.volume, LargeVolume):
             return self._in_parts(scene, size, undivided)

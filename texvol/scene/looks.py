@@ -133,7 +133,7 @@ def look_of(name: str, volume: Volume, materials: Sequence[str] | None = None) -
     InputError
         In the cases of `preset`.
     """
-    medium = presets.preset(name, volume, materials)
+    medium = replace(presets.preset(name, volume, materials), by_look=True)
     return Look(medium, None if name in _UNLIT or medium.emissive else EXPOSED, name=name)
 
 
@@ -143,7 +143,8 @@ def look_for(volume: Volume) -> Look:
     The transfer function of labels is for `seen_as(volume)`, whose values are labels.
     """
     if volume not in _LOOKS:
-        _LOOKS[volume] = _look_by(kind_of(volume), volume)
+        look = _look_by(kind_of(volume), volume)
+        _LOOKS[volume] = replace(look, transfer_function=replace(look.transfer_function, by_look=True))
     return _LOOKS[volume]
 
 
@@ -152,7 +153,8 @@ def look_as_is(volume: Volume) -> Look:
     kind = kind_of(volume)
     if kind.name != "labels" or volume.labels:
         return look_for(volume)
-    return Look(presets.proposed_in_light(volume), EXPOSED, name="proposal", reason="its values are no labels")
+    medium = replace(presets.proposed_in_light(volume), by_look=True)
+    return Look(medium, EXPOSED, name="proposal", reason="its values are no labels")
 
 
 def seen_as(volume: Volume) -> Volume:

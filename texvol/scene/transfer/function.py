@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -72,6 +72,8 @@ class TransferFunction(KeepsArrays, Saved, ShownInNotebooks):
         Names of the materials that the function was made of.
     material_colors : sequence of (r, g, b)
         Straight colours of the materials, in [0, 1]; none, or one for each name.
+    by_look : bool
+        True if a look chose it, and not whoever draws: then the slabs of a picture are chosen as well.
 
     Raises
     ------
@@ -90,6 +92,7 @@ class TransferFunction(KeepsArrays, Saved, ShownInNotebooks):
     contours: tuple[Contour, ...] = ()
     materials: tuple[str, ...] = ()
     material_colors: tuple[tuple[float, float, float], ...] = ()
+    by_look: bool = field(default=False, kw_only=True)
 
     if TYPE_CHECKING:  # what may be given, beside what is kept
 
@@ -98,16 +101,16 @@ class TransferFunction(KeepsArrays, Saved, ShownInNotebooks):
             emissive: bool = False, name: str = "transfer function", premultiplied: bool = False,
             modulation: Sequence[Sequence[float]] | NDArray[Any] | None = None, graded: Sequence[Graded] = (),
             contours: Sequence[Contour] = (), materials: Sequence[str] = (),
-            material_colors: Sequence[Sequence[float] | str] = (),
+            material_colors: Sequence[Sequence[float] | str] = (), *, by_look: bool = False,
         ) -> None: ...  # fmt: skip
 
     def __post_init__(self) -> None:
-        for field in ("colors", "material_colors"):
-            object.__setattr__(self, field, linear_colors(getattr(self, field), f"{self.name}: {field}"))
-        for field in ("values", "colors", "extinctions"):
-            object.__setattr__(self, field, read_only(np.array(getattr(self, field), dtype=np.float64)))
-        for field in ("graded", "contours", "materials", "material_colors"):
-            object.__setattr__(self, field, tuple(getattr(self, field)))
+        for name in ("colors", "material_colors"):
+            object.__setattr__(self, name, linear_colors(getattr(self, name), f"{self.name}: {name}"))
+        for name in ("values", "colors", "extinctions"):
+            object.__setattr__(self, name, read_only(np.array(getattr(self, name), dtype=np.float64)))
+        for name in ("graded", "contours", "materials", "material_colors"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
         count = self.values.shape[0] if self.values.ndim == 1 else 0
         if count == 0:
             raise InputError(f"{self.name}: a transfer function must have at least one point, got none")
