@@ -82,6 +82,7 @@ def test_an_ordinary_environment_starts_no_process(monkeypatch: pytest.MonkeyPat
     for name, value in {
         "EGL_LOG_LEVEL": "fatal",
         "LIBGL_ALWAYS_SOFTWARE": "1",
+        "LP_NUM_THREADS": "1",  # which a worker sets, so that its driver leaves room to the others
         "MESA_SHADER_CACHE_DIR": "/tmp",
     }.items():
         monkeypatch.setenv(name, value)

@@ -50,7 +50,8 @@ def test_a_switch_is_defined_with_its_value(context: Context, folder: Path) -> N
 
 
 def test_an_unknown_switch_is_an_error(context: Context, folder: Path) -> None:
-    (folder / "plain.frag").write_text(FRAGMENT + "// SHINY is mentioned in a comment only\n")
+    mentioned = "// SHINY is mentioned in a comment\nconst float SHINY_ONE = 1.0, NOT_SHINY = 0.0;\n"
+    (folder / "plain.frag").write_text(FRAGMENT + mentioned)
     with pytest.raises(ShaderError, match=r"^plain\.vert and plain\.frag have no switch SHINY$"):
         load_program(context.gl, "plain", defines={"SHINY": 1}, folder=folder)
 

@@ -18,7 +18,6 @@ plain uniform.
 from __future__ import annotations
 
 import re
-from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import takewhile
@@ -43,6 +42,7 @@ _END = "#end"
 # A declaration begins its line: nothing inside of a function or a struct does.
 _DECLARED = re.compile(r"^(?:(?:uniform|const|flat|in|out) )*\w+ (\w+) *(?:[\[;=({]|$)|^#define (\w+)", re.MULTILINE)
 _NAME = re.compile(r"\b[A-Za-z_]\w*")
+_LETTER = re.compile(r"\w")
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 _CONDITION = re.compile(r"^\s*#\s*(?:if|elif|ifdef|ifndef)\b(.*)$", re.MULTILINE)
 _FLAT = re.compile(r"^flat uniform (\w+) (\w+)((?:\[\w+\])?);")
@@ -270,6 +270,9 @@ class _Lines:
     def _expanded(self, file: str, lines: list[tuple[int, str]], seen: set[str]) -> Iterator[str]:
         rest = iter(lines)
         for number, line in rest:
+            if "#" not in line:  # most lines, which need no look at what they might be
+                yield line
+                continue
             if (name := _INCLUDE_NAMED.match(line)) and name[1] in self._named:
                 line = f'#include "{self._named[name[1]]}"'
             include, each = _INCLUDE.match(line), _EACH.match(line)
@@ -310,7 +313,7 @@ class _Lines:
 
 def _handing_on(vertex: str, fragment: str) -> str:
     """The vertex shader, which also hands on what is a flat uniform of the fragment shader."""
-    lines = fragment.replace("\\\n", " ").split("\n")
+    lines = [line for line in fragment.replace("\\\n", " ").split("\n") if "#" in line or line.startswith("flat ")]
     main = _MAIN.search(vertex)
     if not main or not any(map(_FLAT.match, lines)):
         return vertex
@@ -332,8 +335,8 @@ def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) 
     """Raise unless the sources use every switch, and every name in their conditions has a value."""
     # The preprocessor takes a name that it does not know as 0, so a misspelled switch would be off without a word.
     code = "\n".join(_COMMENT.sub("", source) for source in sources)
-    counts = Counter(re.findall(r"\w+", code))
-    unused = [switch for switch in defines if counts[switch] <= len(sources)]  # once each in its #define
+    # Once each in its #define.
+    unused = [switch for switch in defines if _occurrences(switch, code, len(sources) + 1) <= len(sources)]
     if unused:
         raise ShaderError(f"{files} have no switch {', '.join(unused)}")
     known = {"defined", *_DEFINITION.findall(code)}
@@ -341,6 +344,16 @@ def _check_switches(sources: list[str], defines: Mapping[str, int], files: str) 
     unknown = sorted({word for word in asked if word not in known and not word.startswith(("GL_", "__"))})
     if unknown:
         raise ShaderError(f"{files} need a value for {', '.join(unknown)}")
+
+
+def _occurrences(name: str, code: str, most: int) -> int:
+    """Return how often a name stands in the code, up to `most` times; to list all words takes ten times as long."""
+    count, place = 0, code.find(name)
+    while place >= 0 and count < most:
+        end = place + len(name)
+        count += _LETTER.search(code[max(place - 1, 0) : place] + code[end : end + 1]) is None
+        place = code.find(name, end)
+    return count
 
 
 def _with_files(message: str, files: list[str]) -> str:

@@ -28,7 +28,7 @@ _PREFIXES = (
 # None of these chooses a driver, or what it can do.
 _HARMLESS = (
     *("EGL_LOG_LEVEL", "LIBGL_ALWAYS_SOFTWARE", "LIBGL_DEBUG", "MESA_DEBUG", "MESA_LOG_FILE", "DRI_PRIME"),
-    "GALLIVM_PERF",  # how shaders are compiled
+    *("GALLIVM_PERF", "LP_NUM_THREADS"),  # how shaders are compiled, and threads that draw
 )
 _HARMLESS_PREFIXES = ("MESA_SHADER_CACHE_", "MESA_GLSL_CACHE_", "MESA_DISK_CACHE_", "__GL_SHADER_DISK_CACHE")
 _PATIENCE = 30.0  # seconds
