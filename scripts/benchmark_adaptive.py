@@ -46,7 +46,7 @@ def main() -> None:
         path = volume_path(arguments.data, name, file)
         if path is not None and (not names or name in names):
             scene = Scene(_loaded(path, reading))
-            if scene.completed((8, 8)).classification in ("auto", "post"):
+            if not scene.completed((8, 8)).volume.nearest:  # labels have no slabs to divide
                 row(name, *_cells(replace(scene, classification="post"), arguments.size, arguments.rounds))
 
 

@@ -53,6 +53,12 @@ def pytest_unconfigure() -> None:
     gc.unfreeze()
 
 
+@pytest.fixture(scope="session", autouse=True)
+def state_of_tests(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Recent files and sizes of windows are the tests' own, in this process and in those that it starts."""
+    os.environ["XDG_STATE_HOME"] = str(tmp_path_factory.mktemp("state"))
+
+
 @pytest.fixture(scope="session")
 def session_context() -> Iterator[Context]:
     """The one context of the session; tests ask for `context`."""
