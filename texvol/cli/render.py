@@ -68,8 +68,8 @@ def _add_accuracy(parser: argparse.ArgumentParser) -> None:
     thickness.add_argument("--slab-thickness", type=texts.number, metavar="L", help="world units")
     thickness.add_argument(
         "--sampling-rate", type=texts.number, metavar="R",
-        help="slabs per smallest spacing (1; by --classification auto as many as an error of 1/64 needs, if half a "
-        "second is enough)",
+        help="slabs per smallest spacing (1; of looks and lit scenes by --classification auto as many as an error of "
+        "1/64 needs, if half a second is enough)",
     )  # fmt: skip
     thickness.add_argument(
         "--max-error",

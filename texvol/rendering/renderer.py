@@ -129,8 +129,8 @@ class Renderer(LastPicture):
         slab_thickness : float
             World units, plane to plane.
         sampling_rate : float
-            Slabs per smallest spacing, in place of `slab_thickness`; 1 by default, or of a scene of classification auto
-            that is drawn by post what its error needs, see `default_rate`.
+            Slabs per smallest spacing, in place of `slab_thickness`; 1 by default, or of a look or a lit scene of
+            classification auto that is drawn by post what its error needs, see `default_rate`.
         max_error : float, Fraction, or text such as "1/255"
             Maximum absolute error of the linear picture against the integral of its classification, in place of
             `slab_thickness`: tiles of the picture are refined until each keeps it, or the scene is drawn at several
