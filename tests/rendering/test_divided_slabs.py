@@ -152,6 +152,21 @@ def test_the_error_is_of_order_two(renderer: Renderer) -> None:
     assert np.log2(errors[0] / errors[-1]) / 3 > 1.5, orders
 
 
+@pytest.mark.parametrize("graded", [False, True])
+def test_the_estimate_bounds_the_error_of_a_given_thickness(hazy: Scene, graded: bool) -> None:
+    """A medium that depends on the gradient is held against itself, whose finer slabs are not divided."""
+    medium = hazy.transfer_function
+    assert medium is not None
+    if graded:
+        medium = replace(medium, modulation=[(0.0, 0.7), (2.0, 1.0)])
+    scene = replace(hazy, transfer_function=medium, classification="post")
+    with Renderer() as renderer:
+        picture = renderer.render(scene, (96, 96), sampling_rate=1, adaptive="on")
+        estimate = renderer.stats["estimated_error"]
+        fine = renderer.render(scene, (96, 96), sampling_rate=48)
+    assert np.abs(picture - fine).max() <= estimate <= 20 * np.abs(picture - fine).max()
+
+
 def test_a_given_rate_divides_nothing(renderer: Renderer) -> None:
     scene = scenes()["lit"]
     for how in ({"sampling_rate": 2.0}, {"slab_thickness": 0.3}, {"max_error": 0.05}):

@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
 from texvol.rendering.model_error import Classified
-from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, Settings
+from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, PARTS, Settings
 from texvol.rendering.shadow_error import ShadowError
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
@@ -40,15 +40,15 @@ from texvol.util.errors import InputError
 LIMIT = 1 / 64  # of the largest error of a linear picture
 # Slabs that are sampled in half a second by a software renderer of two cores: 5 ns each where they are lit.
 _MOST_SAMPLED, _MOST_SAMPLED_UNLIT = 1e8, 2e8
-_MOST_IN_PARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
-_FINEST, _IN_PARTS = 32, 4
+_MOST_INPARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
+_FINEST, _INPARTS = 32, 4
 _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
 _STEP = 0.5  # of rates between powers of two
 _MARGIN = 1.05  # of a rate that is foreseen
 _MUCH_LESS = 0.9  # of a rate, or of the samples: less is not worth a picture
-_PARTS, _PRICE = 3, 1.3  # of a slab that is divided, and of a sample where slabs may be, in others
+_PRICE = 1.3  # of a sample where slabs may be divided, in others
 _USUAL_ORDER = 1.5  # of the error
 # Transmittance at which rays end if the rate is not 1: a sixteenth of the limit, of which it is a part.
 _TERMINATION = LIMIT / 16
@@ -136,9 +136,9 @@ class DefaultRate:
     def _in_parts(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
         """Return the settings for a volume in a store, whose parts are not read for a choice."""
         rate = 1
-        while rate < _IN_PARTS:
+        while rate < _INPARTS:
             thinner = settings.slab_thickness / (2 * rate)
-            if slabs_crossed_about(scene.box, scene.camera, thinner, size) > _MOST_IN_PARTS:
+            if slabs_crossed_about(scene.box, scene.camera, thinner, size) > _MOST_INPARTS:
                 break
             rate *= 2
         return replace(settings, slab_thickness=settings.slab_thickness / rate)
@@ -163,7 +163,7 @@ class _Search:
         self._found = _Choice(1.0, None if is_open else self._settings.adaptive, None)
         with suppress(InputError):  # no room, or too many slabs: the picture itself says so if it has to
             self._refine()
-            if is_open and self._scene.lighting is not None and self._found.rate > _PARTS:
+            if is_open and self._scene.lighting is not None and self._found.rate > PARTS:
                 self._divide()
         return self._found
 
@@ -202,11 +202,11 @@ class _Search:
         Both are held against the finest picture that was drawn.
         """
         plain, finest = self._found, max(rate for rate, _ in self._pictures)
-        rate = max(float(np.floor(plain.rate / _PARTS / _STEP) * _STEP), 1.0)
+        rate = max(float(np.floor(plain.rate / PARTS / _STEP) * _STEP), 1.0)
         price, has_kept = _PRICE * self._samples(rate, "on") / rate, self._keeps_limit(plain)
         most = _MUCH_LESS * self._samples(plain.rate, None) if has_kept else self._most
-        while rate * price <= most and 2 * _PARTS * rate <= finest:
-            found = self._held_against(rate, finest, "on", _PARTS)
+        while rate * price <= most and 2 * PARTS * rate <= finest:
+            found = self._held_against(rate, finest, "on", PARTS)
             if self._keeps_limit(found):
                 self._found = found
                 return

@@ -132,7 +132,7 @@ def _by_finer(
     def finer(scene: CompleteScene, thickness: float) -> NDArray[np.float32]:
         return exactly(scene, size, replace(settings, slab_thickness=thickness))
 
-    return error_control.estimate_by_finer(scene, picture, settings.slab_thickness, finer, drawn_anyway)
+    return error_control.estimate_by_finer(scene, picture, settings.thinnest, finer, drawn_anyway)
 
 
 def _once_each(draw: Draw) -> Draw:

@@ -18,6 +18,7 @@ from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber, checked_number
 
 ADAPTIVE = ("auto", "on", "off")  # whether slabs are divided where they are not nearly transparent
+PARTS = 3  # of a slab that is divided, as in shaders/divided_slabs.glsl
 INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
 # In a dense medium it costs a tenth more time than 1/1024, and its error is below the rounding of a float32 picture.
@@ -45,6 +46,11 @@ class Settings:
     regions: tuple[tuple[int, int, int, int], ...] | None = None
     adaptive: str | None = None  # "on" if slabs are divided where they are not nearly transparent; "auto": to be chosen
     interpolation: str | None = None  # "shader" if eight texels are fetched for each sample; None: the driver's
+
+    @property
+    def thinnest(self) -> float:
+        """Thickness of the thinnest slabs, or parts of slabs, world units."""
+        return self.slab_thickness / (PARTS if self.adaptive == "on" else 1)
 
     @property
     def exact(self) -> Settings:
