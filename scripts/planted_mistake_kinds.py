@@ -64,7 +64,7 @@ OF_KINDS = (
         *("rendering", "ordering:RegionsOfPicture.continued"),
         *("for box in self.left_to_coarse(brick):", "for box in ():"),
         "beside a coarse region a fine one ends with the least value of a chunk",
-        "test_level_prediction.py -k 'goes_on_beyond'",
+        "test_level_prediction.py -k 'left_to_coarse'",
     ),
     Mistake(
         *("rendering", "sensitivity:Sensitivity._variances"),

@@ -14,9 +14,11 @@ from support.large import large
 from texvol import Camera, Renderer, Scene, TransferFunction, Volume
 from texvol.rendering.streaming.left_out import Guide, most_around
 from texvol.rendering.streaming.levels import _coarsest, levels_by_error
+from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.rendering.streaming.plan import plan
 from texvol.rendering.streaming.sensitivity import Sensitivity
 from texvol.scene.large_volume import LargeVolume
+from texvol.slicing.bricks import Brick
 from texvol.slicing.regions import regions_of_level
 from texvol.textures.distribution import Smoothed
 
@@ -172,6 +174,18 @@ def test_a_region_goes_on_beyond_its_end_as_it_ends(renderer: Renderer) -> None:
     constant = abs(truth - opacity) < 1e-4
     assert constant.mean() > 0.3
     assert_allclose(drawn[constant, 3], opacity, atol=0.001)
+
+
+def test_samples_that_are_left_to_coarse_levels_are_the_nearest_own_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    brick = Brick((0, 0, 0), (1, 2, 0), (4, 6, 4), (0, 0, 0), (5, 8, 4), (5, 8, 4), (5, 8, 4))
+    beyond = (slice(0, 4), slice(6, 8), slice(0, 5)), (slice(0, 4), slice(2, 6), slice(0, 1))  # along z, y, x
+    monkeypatch.setattr(RegionsOfPicture, "left_to_coarse", lambda *_: beyond)
+    values = np.arange(4 * 8 * 5, dtype=np.float32).reshape(4, 8, 5)
+    expected = values.copy()
+    expected[:, 6:, :] = values[:, 5:6, [1, 1, 2, 3, 3]]
+    expected[:, 2:6, 0] = values[:, 2:6, 1]
+    found = object.__new__(RegionsOfPicture).continued(brick, values)
+    np.testing.assert_array_equal(found, expected)
 
 
 def test_without_a_small_level_or_statistics_all_is_of_the_finest(monkeypatch: pytest.MonkeyPatch) -> None:
