@@ -67,8 +67,8 @@ def test_stats_hold_what_is_promised(folder: Path) -> None:
         "renderer", "backend", "size", "slab_thickness", "slabs", "samples", "samples_total", "classification",
         "texture_format", "halvings", "target_format", "texture_bytes", "bricks_total", "bricks_drawn", "cells_total",
         "cells_drawn", "early_termination", "modelled", "seconds", "estimated_error",
-        "slicing", "pipeline", "interpolation", "adaptive", "texture_refinement", "estimated_model_error", "classification_reason",
-        "shadow_nodes", "estimated_shadow_error",
+        "slicing", "pipeline", "interpolation", "adaptive", "texture_refinement", "estimated_model_error",
+        "classification_reason", "shadow_nodes", "estimated_shadow_error",
     }  # fmt: skip
     assert set(stats["seconds"]) == {"load", "choose", "bake", "upload", "draw", "read"}
 
