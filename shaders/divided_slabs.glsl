@@ -19,7 +19,7 @@ struct Divided {
 };
 const Divided NONE = Divided(0.0, vec4(0.0), 0.0);
 
-// Colour and opacity of a path in a lit medium, as seen at its depth.
+// Colour and opacity of a path in a medium as `medium_of` returns it, as seen at its depth.
 vec4 path_color(vec4 medium, float length, float depth) {
     return cued(GLOWS ? color_of_glowing(medium, length) : color_of_straight(medium, length), depth);
 }

@@ -14,6 +14,7 @@ from support.scenes import BONE, FOG, inside, path_lengths, random_volume, smoot
 
 from texvol.comparison.wrong_functions import wrong_shaders
 from texvol.opengl.compositor import Compositor
+from texvol.provenance import parts
 from texvol.pytest_plugin import plain_slabs
 from texvol.rendering import default_rate
 from texvol.rendering.renderer import Renderer
@@ -213,7 +214,7 @@ def test_what_is_not_divided_is_refused(renderer: Renderer) -> None:
     scene = scenes()["plain"]
     moved = Volume(NOISE.values, (1, 1, 1), (4, 2, 0))
     refused: dict[str, tuple[Scene, dict[str, Any]]] = {
-        "adaptive must be auto, on or off, got 'yes'": (scene, {"adaptive": "yes"}),
+        "adaptive must be one of auto, on, off, got 'yes'": (scene, {"adaptive": "yes"}),
         "got classification slab": (replace(scene, classification="slab"), {}),
         "got mode mip": (replace(scene, mode="mip"), {}),
         "several volumes": (replace(scene, added=(AddedVolume(moved, BONE),)), {}),
@@ -227,8 +228,6 @@ def test_what_is_not_divided_is_refused(renderer: Renderer) -> None:
 
 
 def test_a_header_says_so(tmp_path: Path, renderer: Renderer) -> None:
-    from texvol.provenance import parts
-
     renderer.render(scenes()["plain"], SIZE, sampling_rate=2, adaptive="on")
     assert parts.settings(renderer.settings) == renderer.settings
     with pytest.raises(InputError, match="adaptive must be one of"):

@@ -78,7 +78,7 @@ def _end(server: subprocess.Popen[bytes]) -> None:
 
 
 def environment(display: str | None, folder: Path) -> dict[str, str]:
-    """What a window is started with; its user's files are in the folder."""
+    """Return the environment variables of a window; its user's files are in the folder."""
     kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
     paths = os.pathsep.join([str(REPOSITORY), *filter(None, [os.environ.get("PYTHONPATH")])])
     shown = {"DISPLAY": display} if display else {}

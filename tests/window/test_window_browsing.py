@@ -17,6 +17,7 @@ from support.windows import PATIENCE, ball, display, script, viewed  # noqa: F40
 from texvol.util import reach
 from texvol.window import recent
 from texvol.window.browsing import Browser
+from texvol.window.desk import Desk
 from texvol.window.events import Event
 from texvol.window.interface import _feed
 from texvol.window.listing import HERE, Entry, Listing, Order, completed, size_text
@@ -218,6 +219,16 @@ def test_letters_select_what_begins_with_them(folder: Path, monkeypatch: pytest.
     assert looking.text == "/usr", "letters that come before the field is edited are its text"
 
 
+def frame(desk: Desk, *events: Event) -> None:
+    """Let the dialog hear events in one frame of its window."""
+    for event in events:
+        _feed(imgui.get_io(), event)
+    imgui.new_frame()
+    browse(desk)
+    desk.hear(events, typing=bool(imgui.get_io().want_text_input))
+    imgui.end_frame()
+
+
 def test_a_path_that_is_typed_fast_is_in_the_field_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Letters may come in any number per frame while "/" leads to the field."""
     desk, path = desk_of_noise(tmp_path, monkeypatch), "/a/a/äb"
@@ -228,13 +239,7 @@ def test_a_path_that_is_typed_fast_is_in_the_field_whole(tmp_path: Path, monkeyp
             frames = [*frames, letter] if cut else [*frames[:-1], frames[-1] + letter]
         with headless():
             for letters in ("", "", *frames, "", "", ""):
-                events = [Event("text", name=letter) for letter in letters]
-                for event in events:
-                    _feed(imgui.get_io(), event)
-                imgui.new_frame()
-                browse(desk)
-                desk.hear(events, typing=bool(imgui.get_io().want_text_input))
-                imgui.end_frame()
+                frame(desk, *(Event("text", name=letter) for letter in letters))
         assert looking.text == path, frames
 
 
@@ -251,26 +256,18 @@ def test_enter_in_the_field_of_reading_options_opens_the_file(tmp_path: Path, mo
             places.append(((low.x + high.x) / 2, (low.y + high.y) / 2))
         return found
 
-    def frame(*events: Event) -> None:
-        for event in events:
-            _feed(imgui.get_io(), event)
-        imgui.new_frame()
-        browse(desk)
-        desk.hear(events, typing=bool(imgui.get_io().want_text_input))
-        imgui.end_frame()
-
     monkeypatch.setattr(imgui, "input_text_with_hint", noted)
     with headless():
         for _ in range(4):
-            frame()
-        frame(Event("move", *places[-1]))
-        frame(Event("button", name="left", down=True))
-        frame(Event("button", name="left"))
-        frame(*(Event("text", name=letter) for letter in "--time 0"))
-        frame()
+            frame(desk)
+        frame(desk, Event("move", *places[-1]))
+        frame(desk, Event("button", name="left", down=True))
+        frame(desk, Event("button", name="left"))
+        frame(desk, *(Event("text", name=letter) for letter in "--time 0"))
+        frame(desk)
         assert looking.words == "--time 0" and not taken
-        frame(Event("key", name="enter", down=True))
-        frame(Event("key", name="enter"))
+        frame(desk, Event("key", name="enter", down=True))
+        frame(desk, Event("key", name="enter"))
     assert taken == [str(tmp_path / "one.npy")] and looking.words == "--time 0"
 
 

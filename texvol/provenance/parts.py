@@ -23,6 +23,7 @@ from texvol.scene.transfer import TransferFunction
 from texvol.slicing.slabs import SLICINGS
 from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.util.errors import InputError
+from texvol.util.suggestions import check_one_of
 
 _NUMBER = (int, float)
 # Types of the arguments with which a volume is read again.
@@ -69,8 +70,7 @@ def settings(content: Any) -> dict[str, Any]:
     if found.get("slicing", "stacks") not in SLICINGS:
         raise InputError(f"slicing must be one of {', '.join(SLICINGS)}, got {quoted(found['slicing'])}")
     checked_interpolation(found.get("interpolation", "auto"))
-    if found.get("adaptive", "on") not in ADAPTIVE:
-        raise InputError(f"adaptive must be one of {', '.join(ADAPTIVE)}, got {quoted(found['adaptive'])}")
+    check_one_of("adaptive", found.get("adaptive", "on"), ADAPTIVE)
     if found.get("texture_format", "auto") not in ("auto", *TEXEL_FORMATS):
         formats = ", ".join(("auto", *TEXEL_FORMATS))
         raise InputError(f"texture_format must be one of {formats}, got {quoted(found['texture_format'])}")

@@ -40,8 +40,8 @@ from texvol.util.errors import InputError
 LIMIT = 1 / 64  # of the largest error of a linear picture
 # Slabs that are sampled in half a second by a software renderer of two cores: 5 ns each where they are lit.
 _MOST_SAMPLED, _MOST_SAMPLED_UNLIT = 1e8, 2e8
-_MOST_INPARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
-_FINEST, _INPARTS = 32, 4
+_MOST_IN_PARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
+_FINEST, _IN_PARTS = 32, 4
 _PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
@@ -136,9 +136,9 @@ class DefaultRate:
     def _in_parts(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
         """Return the settings for a volume in a store, whose parts are not read for a choice."""
         rate = 1
-        while rate < _INPARTS:
+        while rate < _IN_PARTS:
             thinner = settings.slab_thickness / (2 * rate)
-            if slabs_crossed_about(scene.box, scene.camera, thinner, size) > _MOST_INPARTS:
+            if slabs_crossed_about(scene.box, scene.camera, thinner, size) > _MOST_IN_PARTS:
                 break
             rate *= 2
         return replace(settings, slab_thickness=settings.slab_thickness / rate)
@@ -155,15 +155,14 @@ class _Search:
         self._pixels = size[0] * size[1] / (self._small[0] * self._small[1])
         self._most = _MOST_SAMPLED_UNLIT if scene.lighting is None else _MOST_SAMPLED
         self._pictures: dict[tuple[float, str | None], NDArray[np.float32]] = {}  # by rate, and whether slabs divide
-        self._found = _Choice(1.0, settings.adaptive, None)
+        self._is_open = settings.adaptive == "auto"
+        self._found = _Choice(1.0, None if self._is_open else settings.adaptive, None)
 
     def choice(self) -> _Choice:
         """Return the choice; its error is None if no picture can be drawn."""
-        is_open = self._settings.adaptive == "auto"
-        self._found = _Choice(1.0, None if is_open else self._settings.adaptive, None)
         with suppress(InputError):  # no room, or too many slabs: the picture itself says so if it has to
             self._refine()
-            if is_open and self._scene.lighting is not None and self._found.rate > PARTS:
+            if self._is_open and self._scene.lighting is not None and self._found.rate > PARTS:
                 self._divide()
         return self._found
 

@@ -16,6 +16,7 @@ from texvol.textures.slab_texture import TEXEL_FORMATS
 from texvol.textures.value_texture import REFERENCE
 from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber, checked_number
+from texvol.util.suggestions import check_one_of
 
 ADAPTIVE = ("auto", "on", "off")  # whether slabs are divided where they are not nearly transparent
 PARTS = 3  # of a slab that is divided, as in shaders/divided_slabs.glsl
@@ -152,8 +153,7 @@ def checked_adaptive(adaptive: str, scene: CompleteScene, settings: Settings, de
     InputError
         If it is none of `ADAPTIVE`, or "on" for a scene whose slabs are not divided.
     """
-    if adaptive not in ADAPTIVE:
-        raise InputError(f"adaptive must be {', '.join(ADAPTIVE[:2])} or {ADAPTIVE[2]}, got {adaptive!r}")
+    check_one_of("adaptive", adaptive, ADAPTIVE)
     if adaptive == "off":
         return None
     beyond = {
