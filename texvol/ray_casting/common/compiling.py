@@ -1,4 +1,4 @@
-"""Compilation by numba, which is imported here and in `references` only."""
+"""Compilation by numba, which is imported here, in `references` and in `lanes` only."""
 
 from __future__ import annotations
 

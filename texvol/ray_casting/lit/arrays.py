@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.ray_casting.common.compiling import woven_in
+from texvol.ray_casting.common.lanes import LANES
 from texvol.ray_casting.common.medium import Medium, medium_of
 from texvol.ray_casting.common.rays import Rays, centre_from, middle_of, transformed
 from texvol.ray_casting.lit.panels import Panels
@@ -30,7 +31,7 @@ HEAD, DIRECTIONAL, POINT = 0.0, 1.0, 2.0  # kinds of light, in a row of `Lights`
 _KINDS = {"head": HEAD, "directional": DIRECTIONAL, "point": POINT}
 _DARK = 1e-14  # of a highlight
 _LEAST_FADE = 1e-300  # kernel units; so that no fade is a division by 0
-NODE_COUNT = 5  # see `collocation`
+NODE_COUNT = LANES  # see `collocation`
 MOST_LEVELS = 200  # halvings of an interval of large optical depth
 INTERVAL = 4  # numbers of an interval: optical depth and light
 NO_PANELS = np.zeros((0, 2))
@@ -248,7 +249,7 @@ class Ray(NamedTuple):
 class Intervals(NamedTuple):
     """Scratch memory of the integral over intervals, see `collocation`."""
 
-    glows: Numbers  # emission and extinction at the nodes, (nodes, 4)
+    glows: Numbers  # emission and extinction at the nodes, (4, nodes)
     halves: Numbers  # optical depth and light of the two halves of an interval, (2, 4)
     stack: Numbers  # intervals to be integrated: start, halvings, optical depth, light
 
@@ -283,7 +284,7 @@ def workspace_for(most_cuts: int, most_chosen: int) -> Workspace:
         cuts=np.zeros(most_cuts),
         chosen=np.zeros(most_chosen, np.int64),
         intervals=Intervals(
-            np.zeros((NODE_COUNT, 4)), np.zeros((2, INTERVAL)), np.zeros((MOST_LEVELS + 2, 2 + INTERVAL))
+            np.zeros((4, NODE_COUNT)), np.zeros((2, INTERVAL)), np.zeros((MOST_LEVELS + 2, 2 + INTERVAL))
         ),
     )
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from math import inf, isfinite, isinf, isnan, nan, sqrt
 
+import numpy as np
+
 from texvol.ray_casting.common.bernstein import EPSILON, mix, restricted, trilinear
 from texvol.ray_casting.common.cells import (
     JUST_INSIDE,
@@ -20,12 +22,12 @@ from texvol.ray_casting.common.cells import (
     value_beside_gaps,
 )
 from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
+from texvol.ray_casting.common.lanes import choice, greatest, lane, least, loaded, root, spread, store
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
 from texvol.ray_casting.lit.shading import (
     FACING,
-    NO_PANEL,
     OPAQUE,
     choose,
     cue_at,
@@ -33,31 +35,49 @@ from texvol.ray_casting.lit.shading import (
     facing,
     lit,
     medium_at,
+    no_panels,
     opaque_color,
     unit,
 )
+
+# Offsets of the corners of a cell along each axis, of which bit 0, 1 and 2 of a corner's number tell.
+_OFFSETS = (np.arange(8) >> np.arange(3)[:, np.newaxis] & 1).astype(np.float64)
 
 
 @inlined
 def load_cell(values, gradients, scene, cell, workspace):
     """Write the samples of a cell to `workspace`, edge samples repeated; return True if the cell may show anything."""
-    low, high, steepest = inf, -inf, 0.0
-    corners, slopes = workspace.corners, workspace.slopes
-    uses_gradient, factor = scene.uses_gradient, scene.gradient_factor
+    low, high = inf, -inf
     for corner in range(8):
         k, j, i = sample_of(values.shape, cell, corner)
         value = values[k, j, i]
-        corners[corner] = value
+        workspace.corners[corner] = value
         low, high = min(low, value), max(high, value)  # NaN is neither
-        if uses_gradient:
-            square = 0.0
-            for axis in range(3):
-                slope = factor * _gradient_at(gradients, k, j, i, axis)
-                slope = slope if isfinite(slope) else 0.0
-                slopes[axis, corner] = slope
-                square += slope * slope
-            steepest = max(steepest, square)
-    return low <= high and _may_show(scene, low, high, sqrt(steepest))
+    if not low <= high:
+        return False
+    medium = scene.medium
+    lowest, highest = segment_of(medium.points, low), segment_of(medium.points, high)
+    shows = medium.visible_before[highest + 1] > medium.visible_before[lowest]
+    if not shows and scene.graded.start.size + scene.contours.shape[0] == 0:
+        return False
+    steepest = _load_slopes(values.shape, gradients, scene, cell, workspace.slopes) if scene.uses_gradient else 0.0
+    return shows or _shows_by_gradient(scene, low, high, steepest)
+
+
+@inlined
+def _load_slopes(shape, gradients, scene, cell, slopes):
+    """Write the gradients at the corners of a cell to `slopes`; return the largest magnitude."""
+    steepest = 0.0
+    for corner in range(8):
+        k, j, i = sample_of(shape, cell, corner)
+        square = 0.0
+        for axis in range(3):
+            slope = scene.gradient_factor * _gradient_at(gradients, k, j, i, axis)
+            slope = slope if isfinite(slope) else 0.0
+            slopes[axis, corner] = slope
+            square += slope * slope
+        steepest = max(steepest, square)
+    return sqrt(steepest)
 
 
 @woven_in
@@ -78,12 +98,9 @@ def sample_of(shape, cell, corner):
 
 
 @compiled
-def _may_show(scene, low, high, steepest):
-    """Return True if the medium shows any value from low to high, for gradients of magnitude up to `steepest`."""
-    medium, graded = scene.medium, scene.graded
-    lowest, highest = segment_of(medium.points, low), segment_of(medium.points, high)
-    if medium.visible_before[highest + 1] > medium.visible_before[lowest]:
-        return True
+def _shows_by_gradient(scene, low, high, steepest):
+    """Return True if graded media or contours show any value from low to high, for gradients up to `steepest`."""
+    graded = scene.graded
     margin = 4 * EPSILON * max(abs(low), abs(high))
     for k in range(graded.start.size):
         first, last = graded.first[k], graded.first[k + 1] - 1
@@ -153,7 +170,7 @@ def _add_part(scene, ray, workspace, start, end, margin, here, length, depth, li
 def choose_between(scene, ray, workspace, start, end, margin):
     """Return True if a part of a cell shows anything; the segments that hold there go to `workspace.chosen`."""
     value, gradient, m = fields_at(workspace, (start + end) / 2)
-    workspace.chosen[FACING] = facing(scene.lights, gradient, m, ray.toward_eye)
+    workspace.chosen[FACING] = int(facing(scene.lights, gradient, m, ray.toward_eye))
     return choose(scene, value, m, margin, workspace.chosen)
 
 
@@ -161,10 +178,12 @@ def choose_between(scene, ray, workspace, start, end, margin):
 def opaque_at(scene, ray, workspace, start, end, here, length):
     """Return the straight colour, lit and cued, of an opaque part."""
     # Just inside the part: light and eye are on the same side of the surface in all of it, but not at its ends.
-    t = mix(start, end, JUST_INSIDE)
+    t = spread(mix(start, end, JUST_INSIDE))
     value, gradient, m = fields_at(workspace, t)
-    color = opaque_color(scene, workspace.chosen, value)
-    return shown(scene, ray, color, 1.0, gradient, m, workspace.chosen[FACING], here + t * length)
+    red, green, blue = opaque_color(scene, workspace.chosen, lane(value, 0))
+    color, side = (spread(red), spread(green), spread(blue)), float(workspace.chosen[FACING])
+    color = shown(scene, ray, color, spread(1.0), gradient, m, side, here + t * length)
+    return lane(color[0], 0), lane(color[1], 0), lane(color[2], 0)
 
 
 @inlined
@@ -172,13 +191,15 @@ def cross_preclassified(scene, ray, workspace, cell, entry, leave, here, length,
     """Add a cell whose corners are classified and lit, then interpolated; return the optical depth behind it."""
     channels, opaque, seen = workspace.channels, False, False
     for corner in range(8):
-        red, green, blue, extinction = medium_of_corner(scene, workspace, cell, corner, (1.0, 1.0, 1.0), 1.0)
+        red, green, blue, extinction = medium_of_corner(scene, workspace, corner)
         channels[0, corner], channels[1, corner], channels[2, corner] = red, green, blue
         channels[3, corner] = extinction
         opaque = opaque or isinf(extinction)
         seen = seen or extinction > 0.0 or max(red, green, blue) > 0.0
     if not seen:
         return depth
+    if scene.lit:
+        light_corners(scene, workspace, cell)
     if opaque:
         color, weight = color_of_opaque_corners(channels, entry, leave, rounding)
         if weight > 0:
@@ -203,43 +224,51 @@ def add_cubics(cued, cue, ray, color, extinction, here, length, depth, light):
 
 
 @woven_in
-def medium_of_corner(scene, workspace, cell, corner, tint, weight):
-    """Return lit emission (3) and extinction of a corner of a cell; the straight colour if it is opaque.
-
-    `tint` is the sample's own colour, and `weight` the mask's weight, which does not change an opaque medium.
-    """
+def medium_of_corner(scene, workspace, corner):
+    """Return emission (3) and extinction of a corner of a cell, unlit; the straight colour if it is opaque."""
     value = workspace.corners[corner]
-    if isnan(value) or weight == 0.0:
+    if isnan(value):
         return 0.0, 0.0, 0.0, 0.0
-    gradient = workspace.slopes[0, corner], workspace.slopes[1, corner], workspace.slopes[2, corner]
+    slopes = workspace.slopes
+    gradient = slopes[0, corner], slopes[1, corner], slopes[2, corner]
     m = sqrt(dot(gradient, gradient))
     if not choose(scene, value, m, 0.0, workspace.chosen):
         return 0.0, 0.0, 0.0, 0.0
     if workspace.chosen[OPAQUE]:
-        color, extinction, shines, weight = opaque_color(scene, workspace.chosen, value), inf, 1.0, 1.0
-    else:
-        red, green, blue, extinction = medium_at(scene, workspace.chosen, value, m)
-        color, shines = (red, green, blue), extinction
-    color = color[0] * tint[0], color[1] * tint[1], color[2] * tint[2]
-    if scene.lit:
-        position = _position_of_sample(scene, cell, corner)
-        toward_eye = scene.eye.backward
-        if scene.eye.perspective:
-            eye = scene.eye.position
-            toward_eye = unit((eye[0] - position[0], eye[1] - position[1], eye[2] - position[2]))
-        side = facing(scene.lights, gradient, m, toward_eye)
-        color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, position, NO_PANEL)
-    return weight * color[0], weight * color[1], weight * color[2], weight * extinction
+        red, green, blue = opaque_color(scene, workspace.chosen, value)
+        return red, green, blue, inf
+    return medium_at(scene, workspace.chosen, value, m)
+
+
+@compiled
+def light_corners(scene, workspace, cell):
+    """Light the emission, or straight colours, of all corners of a cell in `workspace.channels`."""
+    channels, slopes = workspace.channels, workspace.slopes
+    extinction = loaded(channels[3])
+    color = loaded(channels[0]), loaded(channels[1]), loaded(channels[2])
+    gradient = loaded(slopes[0]), loaded(slopes[1]), loaded(slopes[2])
+    m = root(dot(gradient, gradient))
+    x, y, z = _positions_of_samples(scene, cell)
+    backward, eye = scene.eye.backward, scene.eye.position
+    toward_eye = spread(backward[0]), spread(backward[1]), spread(backward[2])
+    if scene.eye.perspective:
+        toward_eye = unit((eye[0] - x, eye[1] - y, eye[2] - z))
+    side = facing(scene.lights, gradient, m, toward_eye)
+    shines = choice(extinction < inf, extinction, 1.0)
+    color = lit(scene.lights, color, shines, gradient, m, side, toward_eye, (x, y, z), no_panels())
+    store(color[0], channels[0])
+    store(color[1], channels[1])
+    store(color[2], channels[2])
 
 
 @woven_in
-def _position_of_sample(scene, cell, corner):
-    """Return the position of the sample at a corner of a cell; outside the box, of the nearest edge sample."""
-    nearest = 2 * scene.middle  # the last sample of each axis
-    x = min(max(cell[0] + (corner & 1), 0.0), nearest[0]) - scene.middle[0]
-    y = min(max(cell[1] + (corner >> 1 & 1), 0.0), nearest[1]) - scene.middle[1]
-    z = min(max(cell[2] + (corner >> 2), 0.0), nearest[2]) - scene.middle[2]
-    axes, centre = scene.world_from_index, scene.centre
+def _positions_of_samples(scene, cell):
+    """Return the positions of the samples at the corners of a cell; outside the box, of the nearest edge samples."""
+    middle, axes, centre = scene.middle, scene.world_from_index, scene.centre
+    # The last sample of each axis is at twice the middle.
+    x = least(greatest(cell[0] + loaded(_OFFSETS[0]), 0.0), 2 * middle[0]) - middle[0]
+    y = least(greatest(cell[1] + loaded(_OFFSETS[1]), 0.0), 2 * middle[1]) - middle[1]
+    z = least(greatest(cell[2] + loaded(_OFFSETS[2]), 0.0), 2 * middle[2]) - middle[2]
     return (
         axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z + centre[0],
         axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z + centre[1],

@@ -5,36 +5,48 @@ and of the interval (collocation); Σ w q exp(-depth) is the light. The interval
 halves.
 
 Most intervals need no halves. Let c_n be the Legendre coefficients of the whole's τ and q, times the length. Where all
-is analytic they fall like r^n with r² = max(c3, c4) / max(c1, c2), and are known at the nodes for n < 5. The whole is
-then off by less than c8 = c4 r^4, as the quadrature is exact up to c9, and by c5 = c4 r of the optical depth at the
-nodes times what of q exp(-depth) is not orthogonal to it: c4, and the D^4 / 1680 of exp(-D t). If these are under a
-thousandth of the agreement, the whole holds.
+is analytic they fall like r^n with r^5 = max(c6, c7) / max(c1, c2), and are known at the nodes for n < 8. The whole is
+then off by less than c12 = c7 r^5, as the quadrature is exact up to c15, and by less than c7 of the optical depth at
+the nodes times what of q exp(-depth) is not orthogonal to it: c7, and the D^7 / 17297280 of exp(-D t). If these are
+under a thousandth of the agreement, the whole holds.
 """
 
 from __future__ import annotations
 
-from math import exp, sqrt
+from math import exp
 
 import numpy as np
 
 from texvol.ray_casting.common.bernstein import value_at
 from texvol.ray_casting.common.cells import fill
 from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
+from texvol.ray_casting.common.lanes import (
+    choice,
+    greatest,
+    greatest_of,
+    lane,
+    loaded,
+    magnitude,
+    root,
+    shifted,
+    spread,
+    store,
+    sum_of,
+    transmitted,
+)
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, cued
 from texvol.ray_casting.lit.arrays import INTERVAL, MOST_LEVELS, NODE_COUNT, position_at
-from texvol.ray_casting.lit.shading import FACING, NO_PANEL, cue_at, dot, lit, medium_at, panel_at
+from texvol.ray_casting.lit.shading import FACING, TINY, cue_at, dot, lit, medium_at, panels_at, scaled
 
 _POINTS, _WEIGHTS = np.polynomial.legendre.leggauss(NODE_COUNT)
 NODES, WEIGHTS = (1 + _POINTS) / 2, _WEIGHTS / 2  # over 0 … 1
-# Row i: weights of the values at the nodes in the integral from 0 to node i of the polynomial through them.
-_POWERS = np.arange(NODE_COUNT)
-TO_NODES = (NODES[:, None] ** (_POWERS + 1) / (_POWERS + 1)) @ np.linalg.inv(NODES[:, None] ** _POWERS)
-# Legendre coefficients of the polynomial through the values at the nodes: row n has the weights for number n.
-LEGENDRE = np.array(
-    [(2 * n + 1) * _WEIGHTS / 2 * np.polynomial.legendre.Legendre.basis(n)(_POINTS) for n in range(NODE_COUNT)]
-)
-FOURTH_OF_EXPONENTIAL = 1 / 1680  # Legendre coefficient 4 of exp(-D t), over D^4
-SHALLOW = 0.5  # optical depth up to which exp(-depth) itself adds nothing at ten nodes: D^10 / 10! / 2^19
+_BASIS = [np.polynomial.legendre.Legendre.basis(n) for n in range(NODE_COUNT)]
+# Legendre coefficients of the polynomial through the values at the nodes: column n has the weights for number n.
+LEGENDRE = np.stack([(2 * n + 1) * WEIGHTS * each(_POINTS) for n, each in enumerate(_BASIS)], axis=1)
+# Column i: weights of the values at the nodes in the integral from 0 to node i of the polynomial through them.
+TO_NODES = LEGENDRE @ np.stack([each.integ(lbnd=-1)(_POINTS) / 2 for each in _BASIS])
+SEVENTH_OF_EXPONENTIAL = 1 / 17297280  # Legendre coefficient 7 of exp(-D t), over D^7
+SHALLOW = 2.0  # optical depth up to which exp(-depth) itself adds nothing at 16 nodes: D^16 / 16! / 2^31
 AGREEMENT = 1e-10  # of the picture; the halves are more exact than the whole, at a kink by a factor of 4
 MOST_HALVINGS = 20  # until the halves agree: a kink or jump that no cut marks is found to a millionth
 MOST_TURNS = 10  # halvings until no highlight is missed
@@ -102,48 +114,39 @@ def _put(row, start, level, result):
 @compiled
 def is_certain(glows, length, depth):
     """Return True if an interval behind `depth`, by its emission and extinction at the nodes, needs no halves."""
-    reached, seen = 0.0, exp(-depth)
-    for node in range(NODE_COUNT):
-        reached += length * WEIGHTS[node] * glows[node, 3]
+    seen = exp(-depth)
+    reached, high_of_depth, falling = _spectrum(glows[3], length)
     if reached > SHALLOW:
         return False
-    exponential = FOURTH_OF_EXPONENTIAL * reached**4
-    high_depth, low_depth = _high_and_low(glows[:, 3], length)
-    fall = min(high_depth / low_depth, 1.0) if low_depth > 0.0 else 1.0
-    left_of_depth = high_depth * sqrt(fall)
-    if seen * (high_depth * fall**2 + left_of_depth * exponential) > CERTAIN:
+    exponential = SEVENTH_OF_EXPONENTIAL * reached**7
+    if seen * high_of_depth * (falling + exponential) > CERTAIN:
         return False
     for channel in range(3):
-        high, low = _high_and_low(glows[:, channel], length)
-        fall = min(high / low, 1.0) if low > 0.0 else 1.0
-        mean = 0.0
-        for node in range(NODE_COUNT):
-            mean += length * WEIGHTS[node] * abs(glows[node, channel])
-        if seen * (high * fall**2 + left_of_depth * (high + mean * exponential)) > CERTAIN:
+        mean, high, falling = _spectrum(glows[channel], length)
+        if seen * (high * falling + high_of_depth * (high + mean * exponential)) > CERTAIN:
             return False
     return True
 
 
-@compiled
-def _high_and_low(values, length):
-    """Return the largest of Legendre coefficients 3 and 4, and of 1 and 2, times the length."""
-    high = low = 0.0
-    for n in range(1, NODE_COUNT):
-        coefficient = 0.0
-        for node in range(NODE_COUNT):
-            coefficient += LEGENDRE[n, node] * values[node]
-        if n < NODE_COUNT - 2:
-            low = max(low, length * abs(coefficient))
-        else:
-            high = max(high, length * abs(coefficient))
-    return high, low
+@woven_in
+def _spectrum(values, length):
+    """Return Legendre coefficient 0, the largest of 6 and 7, and that over the largest of 1 and 2, at most 1.
+
+    The coefficients are those of `values` at the nodes, times the length.
+    """
+    coefficients = spread(0.0)
+    for node in range(NODE_COUNT):
+        coefficients += loaded(LEGENDRE[node]) * values[node]
+    sizes = length * magnitude(coefficients)
+    low, high = max(lane(sizes, 1), lane(sizes, 2)), max(lane(sizes, 6), lane(sizes, 7))
+    return lane(sizes, 0), high, min(high / low, 1.0) if low > 0.0 else 1.0
 
 
 @inlined
 def collocate(scene, ray, workspace, start, width, here, length, result):
     """Write optical depth and light (3) of an interval to `result`; return the normal's turn, see WIDEST_TURN."""
-    for node in range(NODE_COUNT):
-        fill(workspace.intervals.glows[node], 0.0)
+    for channel in range(4):
+        fill(workspace.intervals.glows[channel], 0.0)
     turn = add_glows(scene, ray, workspace, start, width, here, length)
     integrate(workspace.intervals.glows, width * length, result)
     return turn
@@ -152,44 +155,43 @@ def collocate(scene, ray, workspace, start, width, here, length, result):
 @inlined
 def add_glows(scene, ray, workspace, start, width, here, length):
     """Add lit emission and extinction to `workspace.intervals`; return the normal's turn, see WIDEST_TURN."""
+    t = start + width * loaded(NODES)
+    value, gradient, m = fields_at(workspace, t)
+    red, green, blue, extinction = medium_at(scene, workspace.chosen, value, m)
+    side = float(workspace.chosen[FACING])
+    red, green, blue = shown(scene, ray, (red, green, blue), extinction, gradient, m, side, here + t * length)
+    weight = spread(1.0)
+    if scene.masked:
+        weight = value_at(workspace.weight, t)
     glows = workspace.intervals.glows
-    turn, before = 0.0, (0.0, 0.0, 0.0)
-    for node in range(NODE_COUNT):
-        t = start + width * NODES[node]
-        s = here + t * length
-        glow, gradient, m = glow_at(scene, ray, workspace, t, s)
-        weight = value_at(workspace.weight, t) if scene.masked else 1.0
-        for channel in range(4):
-            glows[node, channel] += weight * glow[channel]
-        if scene.lit and m > 0.0:
-            normal = gradient[0] / m, gradient[1] / m, gradient[2] / m
-            if before != (0.0, 0.0, 0.0):
-                turn = max(turn, 1 - dot(normal, before))
-            before = normal
-    return 2 * scene.lights.shininess * turn if scene.lights.specular > 0.0 else 0.0
+    store(loaded(glows[0]) + weight * red, glows[0])
+    store(loaded(glows[1]) + weight * green, glows[1])
+    store(loaded(glows[2]) + weight * blue, glows[2])
+    store(loaded(glows[3]) + weight * extinction, glows[3])
+    if not scene.lit or not scene.lights.specular > 0.0:
+        return 0.0
+    return 2 * scene.lights.shininess * _turn(gradient, m)
+
+
+@woven_in
+def _turn(gradient, m):
+    """Return 1 - cos θ of the largest angle θ between the normals at two neighbouring nodes."""
+    x, y, z = scaled(gradient, 1.0 / greatest(m, TINY))
+    turn = 1 - dot((x, y, z), (shifted(x), shifted(y), shifted(z)))
+    return greatest_of(choice(greatest(m, shifted(m)) > 0.0, turn, 0.0))
 
 
 @compiled
 def integrate(glows, length, result):
     """Write optical depth and light (3) of an interval to `result`, from emission and extinction at its nodes."""
-    fill(result, 0.0)
+    depth = spread(0.0)
     for node in range(NODE_COUNT):
-        result[0] += length * WEIGHTS[node] * glows[node, 3]
-        depth = 0.0
-        for other in range(NODE_COUNT):
-            depth += TO_NODES[node, other] * glows[other, 3]
-        seen = length * WEIGHTS[node] * exp(-length * depth)
-        for channel in range(3):
-            result[1 + channel] += seen * glows[node, channel]
-
-
-@woven_in
-def glow_at(scene, ray, workspace, t, s):
-    """Return lit emission (3) and extinction at parameter t of a cell, the gradient there and its magnitude."""
-    value, gradient, m = fields_at(workspace, t)
-    red, green, blue, extinction = medium_at(scene, workspace.chosen, value, m)
-    color = shown(scene, ray, (red, green, blue), extinction, gradient, m, workspace.chosen[FACING], s)
-    return (color[0], color[1], color[2], extinction), gradient, m
+        depth += loaded(TO_NODES[node]) * (length * glows[3, node])
+    weights = length * loaded(WEIGHTS)
+    seen = weights * transmitted(depth)
+    result[0] = sum_of(weights * loaded(glows[3]))
+    for channel in range(3):
+        result[1 + channel] = sum_of(seen * loaded(glows[channel]))
 
 
 @woven_in
@@ -197,16 +199,17 @@ def fields_at(workspace, t):
     """Return value, gradient and the gradient's magnitude at parameter t of a cell."""
     field = workspace.field
     gradient = value_at(field[1], t), value_at(field[2], t), value_at(field[3], t)
-    return value_at(field[0], t), gradient, sqrt(dot(gradient, gradient))
+    return value_at(field[0], t), gradient, root(dot(gradient, gradient))
 
 
 @inlined
 def shown(scene, ray, color, extinction, gradient, m, side, s):
-    """Return the emission at s of the ray, lit and cued; the straight colour if the extinction is 1."""
+    """Return the emission at s of the ray, lanes, lit and cued; the straight colour where the extinction is 1."""
     if scene.lit:
-        position = position_at(ray, s)
-        panel = panel_at(scene.lights, ray, s) if scene.lights.column >= 0 else NO_PANEL
-        color = lit(scene.lights, color, extinction, gradient, m, side, ray.toward_eye, position, panel)
+        x, y, z = ray.toward_eye
+        toward_eye = spread(x), spread(y), spread(z)
+        panels = panels_at(scene.lights, ray, s)
+        color = lit(scene.lights, color, extinction, gradient, m, side, toward_eye, position_at(ray, s), panels)
     if scene.cued:
         color = cued(scene.cue, color, extinction, cue_at(scene.cue, (s - ray.eye) * ray.along))
     return color

@@ -2,22 +2,38 @@
 
 A position has a value, a gradient g in kernel units (`arrays`) and its magnitude m = |g|. `choose` finds the segments
 of the transfer function that hold there. A ray is cut wherever they change, so that `medium_at` is smooth between two
-cuts. The formulas of light are those of `texvol.scene.lighting`.
+cuts; it takes one position, or those of lanes in which the same segments hold. `lit` takes lanes. The formulas of light
+are those of `texvol.scene.lighting`.
 """
 
 from __future__ import annotations
 
-from math import isinf, sqrt
+from math import isinf
 
 from texvol.ray_casting.common.bernstein import mix
-from texvol.ray_casting.common.compiling import ZERO, inlined, woven_in
+from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
+from texvol.ray_casting.common.lanes import (
+    LANES,
+    any_of,
+    choice,
+    greatest,
+    lane,
+    least,
+    like,
+    magnitude,
+    power,
+    root,
+    spread,
+    with_lane,
+)
 from texvol.ray_casting.common.medium import mixed_color, points_around, segment_of
 from texvol.ray_casting.lit.arrays import DIRECTIONAL, HEAD
 
 # Indices in `chosen`; a point of -1 is none. Two indices for each graded medium follow, then one for each contour.
 LEFT, RIGHT, MODULATION, OPAQUE, FACING, FURTHER = 0, 1, 2, 3, 4, 5
 NONE = -1
-NO_PANEL = -1, 0.0  # see `panel_at`
+TINY = 1e-300  # in place of 0 where 0 is divided by it
+MOST_SQUARED = 1024.0  # exponent of a highlight up to which squares lose no more than 12 bits
 SQUARE = 1e-12  # cosine below which a gradient is perpendicular to a direction, before rounding: on neither side
 
 
@@ -70,7 +86,8 @@ def _modulation(scene, chosen, m):
 @woven_in
 def fraction_of(left, right, value):
     """Return the fraction of a value between `left` and `right`, clamped to 0 … 1; 0 if the two are equal."""
-    return min(max((value - left) / (right - left), 0.0), 1.0) if right > left else 0.0
+    differ = right > left
+    return least(greatest(choice(differ, value - left, 0.0) / (right - left if differ else 1.0), 0.0), 1.0)
 
 
 @woven_in
@@ -86,7 +103,10 @@ def opaque_color(scene, chosen, value):
 @inlined
 def medium_at(scene, chosen, value, m):
     """Return emission (3) and extinction of the chosen segments, none of them opaque."""
-    glow = _points_at(scene, chosen, value, m) if chosen[LEFT] != NONE else (0.0, 0.0, 0.0, 0.0)
+    nothing = like(value, 0.0)
+    glow = nothing, nothing, nothing, nothing
+    if chosen[LEFT] != NONE:
+        glow = _points_at(scene, chosen, value, m)
     graded, contours = scene.graded, scene.contours
     for k in range(graded.start.size):
         if chosen[FURTHER + 2 * k] != NONE:
@@ -95,7 +115,8 @@ def medium_at(scene, chosen, value, m):
         if chosen[FURTHER + 2 * graded.start.size + k]:
             contour = contours[k]
             reach = contour[1] * m
-            weight = max(1 - abs(value - contour[0]) / reach, 0.0) if reach > 0 else 1.0
+            beside = greatest(1 - magnitude(value - contour[0]) / greatest(reach, TINY), 0.0)
+            weight = choice(reach > 0.0, beside, 1.0)
             glow = (
                 glow[0] + weight * contour[2],
                 glow[1] + weight * contour[3],
@@ -110,9 +131,12 @@ def _points_at(scene, chosen, value, m):
     """Return emission (3) and extinction of the chosen points, modulated by the gradient."""
     medium, left, right = scene.medium, chosen[LEFT], chosen[RIGHT]
     fraction = fraction_of(medium.points[left], medium.points[right], value)
-    factor = _modulation(scene, chosen, m) if scene.modulation.shape[0] > 0 else 1.0
-    extinction = factor * mix(medium.extinctions[left], medium.extinctions[right], fraction)
-    weight = factor if medium.glows else extinction
+    extinction = mix(medium.extinctions[left], medium.extinctions[right], fraction)
+    factor = like(value, 1.0)
+    if scene.modulation.shape[0] > 0:
+        factor = _modulation(scene, chosen, m)
+        extinction = factor * extinction
+    weight = choice(medium.glows, factor, extinction)
     red, green, blue = mixed_color(medium, left, right, fraction)
     return weight * red, weight * green, weight * blue, extinction
 
@@ -123,7 +147,7 @@ def _graded_at(graded, k, chosen, value, m, glow):
     left, right = chosen[FURTHER + 2 * k], chosen[FURTHER + 2 * k + 1]
     fraction = fraction_of(graded.values[left], graded.values[right], value)
     start, full = graded.start[k], graded.full[k]
-    weight = fraction_of(start, full, m) if full > start else 1.0
+    weight = choice(full > start, fraction_of(start, full, m), 1.0)
     a, b = graded.emissions[left], graded.emissions[right]
     return (
         glow[0] + weight * mix(a[0], b[0], fraction),
@@ -135,34 +159,34 @@ def _graded_at(graded, k, chosen, value, m, glow):
 
 @woven_in
 def facing(lights, gradient, m, toward_eye):
-    """Return -1 if the normal must be turned to the side of the eye, else 1."""
+    """Return -1 where the normal must be turned to the side of the eye, else 1."""
     behind = dot(gradient, toward_eye) > SQUARE * m  # the normal is opposite to the gradient
-    return -1 if lights.two_sided and behind else 1
+    return choice(behind, -1.0 if lights.two_sided else 1.0, 1.0)
 
 
 @inlined
-def lit(lights, color, extinction, gradient, m, side, toward_eye, position, panel):
-    """Return the emission of a medium under all lights; the straight colour if the extinction is 1.
+def lit(lights, color, extinction, gradient, m, side, toward_eye, position, panels):
+    """Return the emission of a medium under all lights; the straight colour where the extinction is 1.
 
-    `panel` is what `panel_at` found for the position.
+    All are lanes, but for `side`, which may be a number. `panels` is what `panels_at` found for the positions.
     """
-    bright = min(m / lights.fade, 1.0)
+    bright = least(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
-    diffuse_light, shine_light = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    outward = (0.0 - side) / greatest(m, TINY)
+    normal = scaled(gradient, outward)
+    nothing = spread(0.0)
+    diffuse_light, shine_light = (nothing, nothing, nothing), (nothing, nothing, nothing)
     for light in range(lights.rows.shape[0]):
-        toward_light = unit(toward(lights, light, toward_eye, position))
-        light_color = _color_of_light(lights, light, position, toward_light, panel)
-        diffuse, specular = 1.0, 0.0
-        if w > 0.0:
-            cosine = -side * dot(gradient, toward_light) / m
-            diffuse = (1 - w) + w * max(cosine, 0.0)
-            if cosine > SQUARE and lights.specular > 0.0:
-                halfway = unit(added(toward_light, toward_eye))
-                highlight = -side * dot(gradient, halfway) / m
-                if highlight > lights.dark:
-                    specular = w * highlight**lights.shininess
-        diffuse_light = added(diffuse_light, scaled(light_color, diffuse))
-        shine_light = added(shine_light, scaled(light_color, specular))
+        toward_light, halfway = directions(lights, light, toward_eye, position)
+        light_color = _color_of_light(lights, light, position, toward_light, panels)
+        cosine = dot(normal, toward_light)
+        diffuse_light = added(diffuse_light, scaled(light_color, (1 - w) + w * greatest(cosine, 0.0)))
+        if lights.specular > 0.0:
+            highlight = dot(normal, halfway)
+            shines = (cosine > SQUARE) & (highlight > lights.dark)
+            if any_of(shines):
+                specular = choice(shines, w * raised(greatest(highlight, 0.0), lights.shininess), 0.0)
+                shine_light = added(shine_light, scaled(light_color, specular))
     shine = lights.specular * extinction
     return (
         color[0] * (lights.ambient + lights.diffuse * diffuse_light[0]) + shine * shine_light[0],
@@ -172,27 +196,79 @@ def lit(lights, color, extinction, gradient, m, side, toward_eye, position, pane
 
 
 @woven_in
-def _color_of_light(lights, light, position, toward_light, panel):
-    """Return the colour of a light times its transmittance to a position, and what its distance leaves of it."""
+def directions(lights, light, toward_eye, position):
+    """Return the unit vectors to a light, and halfway between it and the eye, of lanes."""
     row = lights.rows[light]
-    left = 1.0
-    if row[8] > 0.0:
-        x, y, z = row[1] - position[0], row[2] - position[1], row[3] - position[2]
-        left = row[8] / (sqrt(x * x + y * y + z * z) + row[8])
-    if row[7] >= 0.0:
-        if lights.column >= 0:
-            left *= _transmittance_along(lights, int(row[7]), panel)
-        else:
-            near = added(position, scaled(toward_light, lights.shadow_distance))
-            left *= transmittance_at(lights, int(row[7]), near)
-    return left * row[4], left * row[5], left * row[6]
+    if row[0] == HEAD:
+        return toward_eye, toward_eye
+    toward_light = spread(row[1]), spread(row[2]), spread(row[3])
+    if row[0] != DIRECTIONAL:
+        toward_light = unit((row[1] - position[0], row[2] - position[1], row[3] - position[2]))
+    return toward_light, unit(added(toward_light, toward_eye))
+
+
+@compiled
+def raised(base, exponent):
+    """Return a power of lanes that are not negative, by squares if the exponent is a small whole number."""
+    left = int(exponent)
+    if exponent > MOST_SQUARED or left != exponent:
+        return power(base, exponent)
+    result = spread(1.0)
+    while left > 0:
+        if left & 1:
+            result = result * base
+        base = base * base
+        left >>= 1
+    return result
 
 
 @woven_in
-def panel_at(lights, ray, s):
-    """Return the number of the ray's panel at s, and the place in it, 0 to 1; -1 if the ray has none."""
-    if ray.first_panel == ray.last_panel:
-        return -1, 0.0
+def _color_of_light(lights, light, position, toward_light, panels):
+    """Return the colour of a light times its transmittance to positions, and what its distance leaves of it."""
+    row = lights.rows[light]
+    left = spread(1.0)
+    if row[8] > 0.0:
+        to_light = row[1] - position[0], row[2] - position[1], row[3] - position[2]
+        left = row[8] / (root(dot(to_light, to_light)) + row[8])
+    if row[7] >= 0.0:
+        left *= _transmittances(lights, int(row[7]), position, toward_light, panels)
+    return left * row[4], left * row[5], left * row[6]
+
+
+@compiled
+def _transmittances(lights, number, position, toward_light, panels):
+    """Return the transmittance of casting light `number` to positions."""
+    found = spread(1.0)
+    for k in range(LANES):
+        if lights.column >= 0:
+            left = _transmittance_along(lights, number, lane(panels[0], k), lane(panels[1], k))
+        else:
+            near = added(position, scaled(toward_light, lights.shadow_distance))
+            left = transmittance_at(lights, number, (lane(near[0], k), lane(near[1], k), lane(near[2], k)))
+        found = with_lane(found, k, left)
+    return found
+
+
+@compiled
+def panels_at(lights, ray, s):
+    """Return the numbers of the ray's panels at s, lanes, and the places in them, 0 to 1; -1 where there are none."""
+    numbers, places = spread(-1.0), spread(0.0)
+    if lights.column >= 0 and ray.first_panel != ray.last_panel:
+        for k in range(LANES):
+            number, place = _panel_at(lights, ray, lane(s, k))
+            numbers, places = with_lane(numbers, k, float(number)), with_lane(places, k, place)
+    return numbers, places
+
+
+@woven_in
+def no_panels():
+    """Return what `panels_at` returns for a ray without panels."""
+    return spread(-1.0), spread(0.0)
+
+
+@woven_in
+def _panel_at(lights, ray, s):
+    """Return the number of the ray's panel at s, and the place in it."""
     panels, first, end = lights.panels, ray.first_panel, ray.last_panel
     while end - first > 1:
         middle = (first + end) // 2
@@ -204,11 +280,11 @@ def panel_at(lights, ray, s):
 
 
 @woven_in
-def _transmittance_along(lights, number, panel):
-    """Return the transmittance of casting light `number` in a panel: the parabola through its three nodes."""
-    if panel[0] < 0:
+def _transmittance_along(lights, number, panel, t):
+    """Return the transmittance of casting light `number` at t in a panel: the parabola through its three nodes."""
+    if panel < 0.0:
         return 1.0
-    t, row, column = panel[1], lights.panels[panel[0]], 2 + lights.column + number
+    row, column = lights.panels[int(panel)], 2 + lights.column + number
     apart = (row.size - 2) // 3
     low, middle, high = row[column], row[column + apart], row[column + 2 * apart]
     return (1 - t) * (1 - 2 * t) * low + 4 * t * (1 - t) * middle + t * (2 * t - 1) * high
@@ -254,7 +330,7 @@ def toward(lights, light, toward_eye, position):
 @woven_in
 def cue_at(cue, depth):
     """Return the fraction of the cue's colour at a depth."""
-    return cue.strength * min(max((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
+    return cue.strength * least(greatest((depth - cue.near) / (cue.far - cue.near), 0.0), 1.0)
 
 
 @woven_in
@@ -272,7 +348,4 @@ def added(a, b):
 @woven_in
 def unit(vector):
     """Return a vector at length 1; 0 stays 0."""
-    length = sqrt(dot(vector, vector))
-    if length == 0.0:
-        return 0.0, 0.0, 0.0
-    return vector[0] / length, vector[1] / length, vector[2] / length
+    return scaled(vector, 1.0 / greatest(root(dot(vector, vector)), TINY))

@@ -12,12 +12,13 @@ from math import isinf, isnan
 from texvol.ray_casting.common.bernstein import restricted, trilinear, value_at
 from texvol.ray_casting.common.cells import color_of_opaque_corners, copy, fill, has_weight, in_cell, point_between
 from texvol.ray_casting.common.compiling import ZERO, compiled, woven_in
+from texvol.ray_casting.common.lanes import loaded, store
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, cued
-from texvol.ray_casting.lit.arrays import NODE_COUNT
 from texvol.ray_casting.lit.cells import (
     add_cubics,
     choose_between,
     lay_fields,
+    light_corners,
     load_cell,
     medium_of_corner,
     opaque_at,
@@ -98,16 +99,21 @@ def _load(several, v, workspace):
         return heaviest > 0.0
     seen, samples.opaque[v] = False, False
     for corner in range(corners):
-        tint = 1.0, 1.0, 1.0
+        medium, weight = medium_of_corner(scene, own, corner), samples.weights[v, corner]
+        for channel in range(4):
+            own.channels[channel, corner] = medium[channel] if weight > 0.0 else 0.0
+            seen = seen or own.channels[channel, corner] > 0.0
+        samples.opaque[v] = samples.opaque[v] or isinf(own.channels[EXTINCTION, corner])
         if colors.shape[0] > 0:
             k, j, i = sample_of(shape, cell, corner)
-            color = colors[(k * ny + j) * nx + i]
-            tint = color[0], color[1], color[2]
-        medium = medium_of_corner(scene, own, cell, corner, tint, samples.weights[v, corner])
-        for channel in range(4):
-            own.channels[channel, corner] = medium[channel]
-            seen = seen or medium[channel] > 0.0
-        samples.opaque[v] = samples.opaque[v] or isinf(medium[EXTINCTION])
+            for channel in range(3):
+                own.channels[channel, corner] *= colors[(k * ny + j) * nx + i, channel]
+    if seen and scene.lit:
+        light_corners(scene, own, cell)
+    for corner in range(corners):
+        if not isinf(own.channels[EXTINCTION, corner]):
+            for channel in range(4):
+                own.channels[channel, corner] *= samples.weights[v, corner]
     return seen
 
 
@@ -214,13 +220,15 @@ def _add_part(several, ray, workspace, posts, start, end, here, length, depth, l
 def _collocate(several, ray, workspace, start, width, here, length, result):
     """Integrate an interval of all volumes, see `lit.collocation.collocate`."""
     cubics, glows, scene = workspace.cubics, workspace.intervals.glows, several.scenes
-    for node in range(NODE_COUNT):
-        t = start + width * NODES[node]
-        color = value_at(cubics[0], t), value_at(cubics[1], t), value_at(cubics[2], t)
-        extinction = value_at(cubics[3], t)
-        if scene.cued:
-            color = cued(scene.cue, color, extinction, cue_at(scene.cue, (here + t * length - ray.eye) * ray.along))
-        glows[node, 0], glows[node, 1], glows[node, 2], glows[node, 3] = color[0], color[1], color[2], extinction
+    t = start + width * loaded(NODES)
+    color = value_at(cubics[0], t), value_at(cubics[1], t), value_at(cubics[2], t)
+    extinction = value_at(cubics[3], t)
+    if scene.cued:
+        color = cued(scene.cue, color, extinction, cue_at(scene.cue, (here + t * length - ray.eye) * ray.along))
+    store(color[0], glows[0])
+    store(color[1], glows[1])
+    store(color[2], glows[2])
+    store(extinction, glows[3])
     turn = 0.0
     for k in range(workspace.counts[0]):
         v = workspace.seen[k]
