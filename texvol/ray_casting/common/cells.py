@@ -11,7 +11,7 @@ from math import copysign, isfinite, isinf
 import numpy as np
 
 from texvol.ray_casting.common.bernstein import mix
-from texvol.ray_casting.common.compiling import compiled, inlined
+from texvol.ray_casting.common.compiling import compiled, inlined, woven_in
 
 JUST_INSIDE = 1e-9  # fraction of a piece; stands for the limit from inside where weights vanish on the face itself
 LARGEST = float(np.finfo(np.float64).max)
@@ -30,25 +30,35 @@ def in_cell(start, step, s, i, j, k):
 @inlined
 def load_corners(values, i, j, k, corners):
     """Write the samples of cell (i, j, k) to `corners`; edge samples are repeated beyond the edge."""
-    nz, ny, nx = values.shape
-    i0, i1 = min(max(i, 0), nx - 1), min(max(i + 1, 0), nx - 1)
-    j0, j1 = min(max(j, 0), ny - 1), min(max(j + 1, 0), ny - 1)
-    k0, k1 = min(max(k, 0), nz - 1), min(max(k + 1, 0), nz - 1)
-    i, j, k = (i0, i1), (j0, j1), (k0, k1)
+    i, j, k = near_and_far(values.shape, i, j, k)
     if values.float32.size > 0:
-        _load(values.float32, i, j, k, corners)
+        load_eight(values.float32, i, j, k, corners)
     elif values.uint8.size > 0:
-        _load(values.uint8, i, j, k, corners)
+        load_eight(values.uint8, i, j, k, corners)
     elif values.int16.size > 0:
-        _load(values.int16, i, j, k, corners)
+        load_eight(values.int16, i, j, k, corners)
     elif values.uint16.size > 0:
-        _load(values.uint16, i, j, k, corners)
+        load_eight(values.uint16, i, j, k, corners)
     else:
-        _load(values.float64, i, j, k, corners)
+        load_eight(values.float64, i, j, k, corners)
+
+
+@woven_in
+def near_and_far(shape, i, j, k):
+    """Return the two indices of the samples of a cell along x, y and z; edge samples are repeated beyond the edge.
+
+    They are unsigned, as numba would count negative ones from the end.
+    """
+    nz, ny, nx = shape
+    return (
+        (np.uint64(min(max(i, 0), nx - 1)), np.uint64(min(max(i + 1, 0), nx - 1))),
+        (np.uint64(min(max(j, 0), ny - 1)), np.uint64(min(max(j + 1, 0), ny - 1))),
+        (np.uint64(min(max(k, 0), nz - 1)), np.uint64(min(max(k + 1, 0), nz - 1))),
+    )
 
 
 @inlined
-def _load(values, i, j, k, corners):
+def load_eight(values, i, j, k, corners):
     """Write eight samples to `corners`, by their two indices along each axis."""
     (i0, i1), (j0, j1), (k0, k1) = i, j, k
     corners[0], corners[1] = values[k0, j0, i0], values[k0, j0, i1]

@@ -319,10 +319,11 @@ def transmitted(depth):
     x = 0.0 - least(depth, _LARGEST)
     n = (x * (1 / log(2)) + _TO_WHOLE) - _TO_WHOLE
     rest = (x - n * _HIGH) - n * _LOW
-    series = spread(_OVER_FACTORIALS[13])
-    for k in range(12, -1, -1):
-        series = series * rest + _OVER_FACTORIALS[k]
-    return series * _power_of_two(n)
+    square = rest * rest
+    even, odd = spread(_OVER_FACTORIALS[12]), spread(_OVER_FACTORIALS[13])
+    for k in range(10, -1, -2):  # two chains, as each product waits for the one before it
+        even, odd = even * square + _OVER_FACTORIALS[k], odd * square + _OVER_FACTORIALS[k + 1]
+    return (even + rest * odd) * _power_of_two(n)
 
 
 _IN_NUMPY: dict[str, Any] = {

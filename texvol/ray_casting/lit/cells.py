@@ -7,7 +7,7 @@ without light; only the depth cue is that of each position, and linear along the
 
 from __future__ import annotations
 
-from math import inf, isfinite, isinf, isnan, nan, sqrt
+from math import inf, isinf, isnan, nan, sqrt
 
 import numpy as np
 
@@ -17,12 +17,25 @@ from texvol.ray_casting.common.cells import (
     are_finite,
     color_of_opaque_corners,
     fill,
+    load_eight,
+    near_and_far,
     point_between,
     range_of,
     value_beside_gaps,
 )
 from texvol.ray_casting.common.compiling import ZERO, compiled, inlined, woven_in
-from texvol.ray_casting.common.lanes import choice, greatest, lane, least, loaded, root, spread, store
+from texvol.ray_casting.common.lanes import (
+    choice,
+    greatest,
+    greatest_of,
+    lane,
+    least,
+    loaded,
+    magnitude,
+    root,
+    spread,
+    store,
+)
 from texvol.ray_casting.common.medium import OPAQUE_DEPTH, add_opaque, add_piece, cued, segment_of
 from texvol.ray_casting.lit.collocation import add_interval, collocate, fields_at, shown
 from texvol.ray_casting.lit.cuts import find_cuts, sort_cuts
@@ -48,11 +61,10 @@ _OFFSETS = (np.arange(8) >> np.arange(3)[:, np.newaxis] & 1).astype(np.float64)
 def load_cell(values, gradients, scene, cell, workspace):
     """Write the samples of a cell to `workspace`, edge samples repeated; return True if the cell may show anything."""
     low, high = inf, -inf
-    for corner in range(8):
-        k, j, i = sample_of(values.shape, cell, corner)
-        value = values[k, j, i]
-        workspace.corners[corner] = value
-        low, high = min(low, value), max(high, value)  # NaN is neither
+    i, j, k = near_and_far(values.shape, cell[0], cell[1], cell[2])
+    load_eight(values, i, j, k, workspace.corners)
+    for corner in workspace.corners:
+        low, high = min(low, corner), max(high, corner)  # NaN is neither
     if not low <= high:
         return False
     medium = scene.medium
@@ -60,32 +72,32 @@ def load_cell(values, gradients, scene, cell, workspace):
     shows = medium.visible_before[highest + 1] > medium.visible_before[lowest]
     if not shows and scene.graded.start.size + scene.contours.shape[0] == 0:
         return False
-    steepest = _load_slopes(values.shape, gradients, scene, cell, workspace.slopes) if scene.uses_gradient else 0.0
+    steepest = _load_slopes(gradients, scene.gradient_factor, i, j, k, workspace.slopes) if scene.uses_gradient else 0.0
     return shows or _shows_by_gradient(scene, low, high, steepest)
 
 
 @inlined
-def _load_slopes(shape, gradients, scene, cell, slopes):
+def _load_slopes(gradients, factor, i, j, k, slopes):
     """Write the gradients at the corners of a cell to `slopes`; return the largest magnitude."""
-    steepest = 0.0
-    for corner in range(8):
-        k, j, i = sample_of(shape, cell, corner)
-        square = 0.0
-        for axis in range(3):
-            slope = scene.gradient_factor * _gradient_at(gradients, k, j, i, axis)
-            slope = slope if isfinite(slope) else 0.0
-            slopes[axis, corner] = slope
-            square += slope * slope
-        steepest = max(steepest, square)
-    return sqrt(steepest)
+    if gradients.single.shape[0] > 0:
+        _load_gradients(gradients.single, i, j, k, slopes)
+    else:
+        _load_gradients(gradients.double, i, j, k, slopes)
+    squares = spread(0.0)
+    for axis in range(3):
+        slope = factor * loaded(slopes[axis])
+        slope = choice(magnitude(slope) < inf, slope, 0.0)
+        store(slope, slopes[axis])
+        squares += slope * slope
+    return sqrt(greatest_of(squares))
 
 
 @woven_in
-def _gradient_at(gradients, k, j, i, axis):
-    """Return a component of the gradient of a sample; one array of `gradients` is empty, see there."""
-    if gradients.single.shape[0] > 0:
-        return float(gradients.single[k, j, i, axis])
-    return gradients.double[k, j, i, axis]
+def _load_gradients(gradients, i, j, k, slopes):
+    """Write eight gradients to `slopes`, by their two indices along each axis."""
+    for corner in range(8):
+        gradient = gradients[k[corner >> 2], j[corner >> 1 & 1], i[corner & 1]]
+        slopes[0, corner], slopes[1, corner], slopes[2, corner] = gradient[0], gradient[1], gradient[2]
 
 
 @woven_in
