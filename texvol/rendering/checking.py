@@ -53,7 +53,7 @@ _ORACLE = 1e-9  # error of the oracle
 _STEPS = 2048  # along each ray; together with the rays that are asked for some 50 ms
 _STEPS_BETWEEN = 2.0  # between two control points, where the value goes through most of its range in a voxel
 # Seconds of the oracle for one of the cells across a volume, on two cores.
-_OF_A_CELL, _OF_A_LIT_CELL, _OF_A_CELL_IN_SHADOW = 1e-7, 3e-7, 5e-6
+_OF_A_CELL, _OF_A_LIT_CELL, _OF_A_CELL_IN_SHADOW = 5e-8, 1e-7, 5e-6
 _STEPS_BEFORE = 512  # where eight samples are classified for each step
 
 Numbers = NDArray[np.float64]

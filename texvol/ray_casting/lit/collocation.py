@@ -204,12 +204,15 @@ def fields_at(workspace, t):
 
 @inlined
 def shown(scene, ray, color, extinction, gradient, m, side, s):
-    """Return the emission at s of the ray, lanes, lit and cued; the straight colour where the extinction is 1."""
+    """Return the emission at s of the ray, lit and cued; the straight colour where the extinction is 1.
+
+    All are lanes, but for `side`, on which all of them lie.
+    """
     if scene.lit:
         x, y, z = ray.toward_eye
         toward_eye = spread(x), spread(y), spread(z)
-        panels = panels_at(scene.lights, ray, s)
-        color = lit(scene.lights, color, extinction, gradient, m, side, toward_eye, position_at(ray, s), panels)
+        position, panels = position_at(ray, s), panels_at(scene.lights, ray, s)
+        color = lit(scene.lights, color, extinction, gradient, m, spread(side), toward_eye, position, panels)
     if scene.cued:
         color = cued(scene.cue, color, extinction, cue_at(scene.cue, (s - ray.eye) * ray.along))
     return color

@@ -168,7 +168,7 @@ def facing(lights, gradient, m, toward_eye):
 def lit(lights, color, extinction, gradient, m, side, toward_eye, position, panels):
     """Return the emission of a medium under all lights; the straight colour where the extinction is 1.
 
-    All are lanes, but for `side`, which may be a number. `panels` is what `panels_at` found for the positions.
+    All are lanes. `panels` is what `panels_at` found for the positions.
     """
     bright = least(m / lights.fade, 1.0)
     w = bright * bright * (3 - 2 * bright)
