@@ -1,11 +1,14 @@
-"""Lanes: formulas hold for numbers and for eight of them at once, in compiled code as in numpy."""
+"""Lanes: formulas hold for numbers and for eight of them at once, in compiled code as in numpy.
+
+Nothing is cached here: cached code would not follow a change of `lanes`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from texvol.ray_casting.common.compiling import compiled, compiled_and_cached
+from texvol.ray_casting.common.compiling import compiled
 from texvol.ray_casting.common.lanes import (
     LANES,
     any_of,
@@ -38,18 +41,18 @@ def formula(x):
     return choice(x > 1.0, root(magnitude(y)), least(greatest(y, -0.5), 0.25)) + power(magnitude(x), 1.5)
 
 
-@compiled_and_cached
+@compiled
 def _of_numbers(numbers, found):
     for k in range(LANES):
         found[k] = formula(numbers[k])
 
 
-@compiled_and_cached
+@compiled
 def _of_lanes(numbers, found):
     store(formula(loaded(numbers)), found)
 
 
-@compiled_and_cached
+@compiled
 def _rearranged(numbers, found):
     x = loaded(numbers)
     store(shifted(x), found[0])
@@ -58,12 +61,12 @@ def _rearranged(numbers, found):
     return sum_of(x), greatest_of(x), any_of((x > 2.0) & (x < 7.0)), any_of((x > 2.0) & (x < 7.5))
 
 
-@compiled_and_cached
+@compiled
 def _transmitted(depths, found):
     store(transmitted(loaded(depths)), found)
 
 
-@compiled_and_cached
+@compiled
 def _raised(bases, exponent, found):
     store(raised(loaded(bases), exponent), found)
 
