@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -128,14 +129,29 @@ class StillDirector:
         """Refine nothing."""
 
 
+class NoTarget:
+    """Framebuffer that is none."""
+
+    def clear(self, *color: float, viewport: tuple[int, int, int, int]) -> None:
+        assert min(color) >= 0 and min(viewport[2:]) >= 0
+
+
 class NoTextures:
     """Textures that are none."""
 
-    gl = None
+    gl = SimpleNamespace(viewport=(0, 0, *SIZE))
+    target = NoTarget()
 
     def get(self, name: str, key: Any, make: Callable[[], Any], *, nearest: bool = False) -> int:
         assert make() is not None
         return 1
+
+
+class NoDrawing:
+    """Drawing of pictures into no framebuffer."""
+
+    def draw(self, *_: Any) -> None:
+        """Draw nothing."""
 
 
 def desk_of_noise(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
@@ -149,7 +165,7 @@ def desk_of_noise(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Desk:
 def dressed(desk: Desk) -> Desk:
     """A desk with all that panels ask for."""
     desk.director, desk.textures = cast(Any, StillDirector()), cast(Any, NoTextures())
-    desk.viewport = Viewport(0, 0, SIZE[0] - 360, SIZE[1])
+    desk.viewport, desk.annotating = Viewport(0, 0, SIZE[0] - 360, SIZE[1]), cast(Any, NoDrawing())
     return desk
 
 

@@ -85,12 +85,13 @@ def test_pictures_come_in_time_and_no_coarser_than_it_takes(speed: float) -> Non
 
 
 def test_the_coarsest_picture_is_still_one() -> None:
-    pace = Pace(30)
-    pace.learn(pace.choose(FULL), FULL, 100.0)
-    for _ in range(10):
-        pace.learn(pace.choose(FULL), FULL, 100.0)
-    assert pace.choose(FULL) == pace.ladder[-1]
-    assert pace.choose(FULL).size(FULL) == (114, 86)
+    wide = (3480, 2160)
+    for full, size in ((FULL, (114, 86)), (wide, (348, 216))):
+        pace = Pace(30)
+        for _ in range(10):
+            pace.learn(pace.choose(full), full, 100.0)
+        assert pace.choose(full).size(full) == size
+    assert pace.choose(wide) == pace.ladder[-1]
     assert quality.Coarseness(8, 0.5).size((3, 1)) == (1, 1)
 
 
@@ -182,7 +183,7 @@ def test_a_first_picture_is_timed_by_a_smaller_one_before_anything_turns() -> No
     assert director.update(0.1) and director.shown is not None and director.shown.state == "moving"
     mover.timed(0.3)
     assert not director.update(0.4), "no new picture to be shown"
-    assert director.pace.choose(FULL) == director.pace.ladder[-1]
+    assert director.pace.choose(FULL) == quality.Coarseness(7, 0.35)
 
 
 def test_a_turn_does_not_wait_for_a_refinement() -> None:

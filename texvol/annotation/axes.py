@@ -176,7 +176,7 @@ def _outward(view: View, positions: Numbers) -> Numbers:
     """Return the unit vector across an edge, away from the box's centre, or from the picture's if inside the box."""
     along = (positions[1] - positions[0]) / np.linalg.norm(positions[1] - positions[0])
     across = np.array([-along[1], along[0]])
-    corners = view.positions(view.corners)
+    corners = view.corner_positions
     middle = corners.mean(axis=0) if np.isfinite(corners).all() else np.array(view.size) / 2
     return across if across @ (positions.mean(axis=0) - middle) >= 0 else -across
 

@@ -72,11 +72,6 @@ class _QuickSheet(Sheet):
         """Lines in the order in which they are drawn."""
         return [line for _, line in sorted(self._lines.values(), key=itemgetter(0))]
 
-    def kept(self, key: Hashable) -> list[Patch]:
-        """Return the patches, with one of all that has been drawn as pixels, which gets that key."""
-        found = _patch_of(key, self.all_marks(), self.size)
-        return [*self.patches, found] if found is not None else self.patches
-
 
 def _drawn(parts: Sequence[tuple[NDArray[np.float64], int, int, ArrayLike]]) -> tuple[NDArray[np.float16], int, int]:
     """Return premultiplied colours of arrays of coverage over each other, and their upper left pixel."""
@@ -111,6 +106,7 @@ class QuickAnnotation:
     _words: dict[Hashable, tuple[NDArray[np.float16], int, int]] = field(default_factory=dict)
     _legends: dict[Hashable, tuple[list[Rect], list[Patch]]] = field(default_factory=dict)
     _legends_of: tuple[Scene, Annotation] | None = None
+    _pixels: tuple[list[marks.Mark], Patch | None] = ([], None)  # all that is drawn as pixels
     _count: int = 0  # of patches with a key of their own
 
     def parts(
@@ -126,9 +122,12 @@ class QuickAnnotation:
         sheet = _QuickSheet(self._words, size, self._letters, background, *how)
         view = View(scene.completed(size).camera, scene.box, size)
         place_all(sheet, view, scene, annotation, window, self._place_legends)
-        self._count += 1
-        patches = sheet.kept(("pixels", self._count))
-        return Parts(sheet.lines, patches)
+        drawn = sheet.all_marks()
+        if not _same_marks(self._pixels[0], drawn):
+            self._count += 1
+            self._pixels = drawn, _patch_of(("pixels", self._count), drawn, size)
+        found = self._pixels[1]
+        return Parts(sheet.lines, sheet.patches if found is None else [*sheet.patches, found])
 
     def _place_legends(self, sheet: Sheet, scene: Scene, annotation: Annotation, window: Window) -> None:
         """Place legends as `place_legends` does, from those that are kept if there are any."""
@@ -150,6 +149,14 @@ class QuickAnnotation:
         taken, patches = self._legends[key]
         sheet.taken += taken
         sheet.patches += patches
+
+
+def _same_marks(before: list[marks.Mark], drawn: list[marks.Mark]) -> bool:
+    return len(before) == len(drawn) and all(
+        np.array_equal(one, other)
+        for each, again in zip(before, drawn, strict=True)
+        for one, other in zip(each, again, strict=True)
+    )
 
 
 def _same_legends(before: tuple[Scene, Annotation], scene: Scene, annotation: Annotation) -> bool:

@@ -42,6 +42,8 @@ class View:
         self._perspective = camera.projection == "perspective"
         self._near = _NEAR * volume.radius if self._perspective else 0.0
         self.corners = volume.corners_from_centre
+        self._in_eye_space = camera.in_eye_space(self.corners, volume.centre)
+        self._visible: dict[Edge, tuple[float, float] | None] = {}
 
     def pixel_size(self, depth: float = 1.0) -> float:
         """World units per pixel, at a depth; the depth has no effect in orthographic projection."""
@@ -53,11 +55,13 @@ class View:
 
     def edge(self, edge: Edge) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return the ends in the picture of an edge's part in front of the eye; None if it is behind the eye."""
-        return self.segment(self.corners[[edge.start, edge.end]])
+        return self._in_front(self._ends(edge))
 
     def segment(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         """Return as `edge` the ends of a line between two points relative to the box's centre, shape (2, 3)."""
-        ends = self.camera.in_eye_space(points, self.volume.centre)
+        return self._in_front(self.camera.in_eye_space(points, self.volume.centre))
+
+    def _in_front(self, ends: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
         depths = ends[:, 2] - self._near
         if (depths < 0).all():
             return None
@@ -71,6 +75,11 @@ class View:
 
     def visible_part(self, edge: Edge) -> tuple[float, float] | None:
         """Return the fractions of an edge at which its visible part begins and ends; None if no part is visible."""
+        if edge not in self._visible:
+            self._visible[edge] = self._visible_part(edge)
+        return self._visible[edge]
+
+    def _visible_part(self, edge: Edge) -> tuple[float, float] | None:
         ends = self._ends(edge)
         scale = ends[:, 2] if self._perspective else np.ones(2)
         up = self.camera.half_height * scale
@@ -92,6 +101,11 @@ class View:
         return sum(self._turned[axis][edge.start >> axis & 1] for axis in range(3) if axis != edge.axis)
 
     @cached_property
+    def corner_positions(self) -> NDArray[np.float64]:
+        """Positions of the corners in the picture, shape (8, 2), or NaN."""
+        return self._projected(self._in_eye_space)
+
+    @cached_property
     def _turned(self) -> list[tuple[bool, bool]]:
         """For each axis, True for the low and for the high face if the face is turned towards the eye."""
         inverse = np.linalg.inv(self.volume.box_edges)
@@ -104,7 +118,7 @@ class View:
 
     def _ends(self, edge: Edge) -> NDArray[np.float64]:
         """Ends of an edge in eye space, shape (2, 3)."""
-        return self.camera.in_eye_space(self.corners[[edge.start, edge.end]], self.volume.centre)
+        return self._in_eye_space[[edge.start, edge.end]]
 
     def _projected(self, in_eye_space: NDArray[np.float64]) -> NDArray[np.float64]:
         depth = in_eye_space[:, 2]

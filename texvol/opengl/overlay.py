@@ -20,6 +20,7 @@ _APART = 1  # texels between patches
 _AROUND = 1.5  # pixels around a line that it may cover in part
 _OF_LINES = ("in_position", "in_line", "in_kind", "in_look")
 _CORNERS = np.array([(0, 0), (1, 0), (0, 1), (0, 1), (1, 0), (1, 1)], np.float32)  # of two triangles
+_WHOLE = np.array([[0, 0, 1, 1]], np.float32)
 
 
 class Patch(NamedTuple):
@@ -68,13 +69,15 @@ class Overlay:
         lines: Sequence[Line],
         patches: Sequence[Patch],
         background: Triple,
+        filled: NDArray[np.float32] = _WHOLE,
     ) -> None:
         """Draw a picture of sRGB and opacity, top row first, and its annotation, into a viewport of `size` pixels.
 
-        `background` is what is behind the medium, in linear light. Lines are drawn in their order, then patches.
+        `background` is what is behind the medium, in linear light. Lines are drawn in their order, then patches. Of the
+        picture itself only the rectangles `filled` are drawn: left, top, right, bottom, from 0 to 1.
         """
         self._gl.disable(moderngl.BLEND | moderngl.DEPTH_TEST | moderngl.CULL_FACE)
-        self._whole(0, {"picture": picture}, size)
+        self._picture(0, {"picture": picture}, size, filled)
         self._parts(size, lines, patches, {"picture": picture}, {"background": background})
 
     def layer(self, size: tuple[int, int], lines: Sequence[Line], patches: Sequence[Patch]) -> moderngl.Texture:
@@ -96,14 +99,19 @@ class Overlay:
         shown.use()
         (texture,) = parts.color_attachments
         assert isinstance(texture, moderngl.Texture)
-        self._whole(3, {"parts": texture}, size)
+        self._picture(3, {"parts": texture}, size, _WHOLE)
         (texture,) = shown.color_attachments
         assert isinstance(texture, moderngl.Texture)
         return texture
 
-    def _whole(self, part: int, textures: dict[str, moderngl.Texture], size: tuple[int, int]) -> None:
-        """Draw a part that covers all pixels."""
-        self._part(part, textures, {"size": size}, np.array(size, np.float32) * _CORNERS, "2f", "in_position")
+    def _picture(
+        self, part: int, textures: dict[str, moderngl.Texture], size: tuple[int, int], filled: NDArray[np.float32]
+    ) -> None:
+        """Draw rectangles of a picture."""
+        if len(filled):
+            corners = filled[:, np.newaxis, :2] + _CORNERS * (filled[:, np.newaxis, 2:] - filled[:, np.newaxis, :2])
+            vertices = (corners * size).astype(np.float32)
+            self._part(part, textures, {"size": size}, vertices, "2f", "in_position")
 
     def _parts(
         self,

@@ -154,7 +154,7 @@ class Application:
         if self._minimised:
             imgui.end_frame()
             return
-        screen.clear(panels.BEHIND)
+        screen.clear(panels.ground.color(desk))
         panels.picture(desk)
         self._interface.end()
         if desk.textures is not None:

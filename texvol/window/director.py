@@ -46,6 +46,12 @@ class Shown:
     wanted: Wanted | None = None
 
     @property
+    def surroundings(self) -> tuple[float, float, float]:
+        """Colour of the picture beside its filled part, in sRGB."""
+        red, green, blue = (self.pixels[0, 0, :3] / 255).tolist()
+        return red, green, blue
+
+    @property
     def lacks_annotation(self) -> bool:
         """True if the window has to draw the annotation over the picture, whose pixels have four channels then."""
         return self.pixels.shape[2] == 4

@@ -14,7 +14,7 @@ _MOST_SAMPLES = 1 << 22  # larger volumes are thinned: 256 columns do not show t
 _LARGEST = 0.4 * float(np.finfo(np.float64).max)  # so that the difference of two edges does not overflow
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Histogram:
     """Counts of values between edges.
 

@@ -83,7 +83,8 @@ class Answer:
         Picture in sRGB, as in a PNG file; with the opacity of the medium if the job asks for it. The colours include
         the background in any case.
     metadata : mapping
-        `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known.
+        `settings`, `slabs`, `seconds`, `estimated_error` and `reached`, if they are known; `filled` of a picture, see
+        `texvol.window.filled`.
     """
 
     kind: Literal["picture", "timed", "done", "progress", "failed"]

@@ -1,6 +1,6 @@
-"""Annotation that the window draws: over pictures that move, and over slices in the 3D view.
+"""Pictures in the window, and annotation that the window draws: over those that move, and over slices in the 3D view.
 
-Both have the window's resolution, whatever that of the picture below.
+Annotation has the window's resolution, whatever that of the picture below.
 """
 
 from __future__ import annotations
@@ -24,19 +24,20 @@ class MovingAnnotation:
         self._layer: tuple[Any, int] | None = None  # OpenGL name of the texture
 
     def draw(self, textures: Textures | None, corner: Size, size: Size, number: int, shown: Shown) -> None:
-        """Draw a picture that comes with its opacity, and its annotation, into the window's framebuffer.
+        """Draw a picture on its surroundings, and its annotation if it lacks that, into the window's framebuffer.
 
         `corner` is the upper left corner of the picture in the window, and `size` its size, in pixels; pictures with
         the same `number` are the same.
         """
         assert textures is not None and shown.wanted is not None
-        gl = textures.gl
-        parts, overlay = self._parts(size, number, shown), self._drawing(gl)
-        texture = textures.texture("moving", number, lambda: shown.pixels)
+        gl, pixels = textures.gl, shown.pixels
+        parts = self._parts(size, number, shown) if shown.lacks_annotation else Parts([], [])
+        texture = textures.texture("picture", number, lambda: pixels)
         before = gl.viewport
         textures.target.use()
         gl.viewport = corner[0], before[3] - corner[1] - size[1], *size
-        overlay.draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background)
+        filled = shown.metadata["filled"]
+        self._drawing(gl).draw(texture, size, parts.lines, parts.patches, shown.wanted.scene.background, filled)
         gl.viewport = before
 
     def layer(self, textures: Textures, size: Size, number: int, shown: Shown) -> int | None:

@@ -32,6 +32,7 @@ from texvol.scene.tour import Tour
 from texvol.slicing import slabs as slicing
 from texvol.util import progress, writing
 from texvol.util.errors import AccuracyWarning
+from texvol.window.filled import filled_part
 from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Receiver
 
@@ -268,6 +269,7 @@ class JobRunner:
         if job.with_opacity:
             opacity = np.rint(np.clip(np.nan_to_num(shown[..., 3:]), 0, 1) * 255).astype(np.uint8)
             pixels = np.concatenate([pixels, opacity], axis=2)
+        metadata["filled"] = filled_part(pixels)
         self._answer(Answer("picture", job.number, final, pixels, metadata))
 
 

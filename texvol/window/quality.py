@@ -11,6 +11,7 @@ the finest step of a ladder that fits the wanted time.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -30,6 +31,7 @@ _BEGIN = 2e-6  # seconds for a work of 1 on a CPU with two cores; replaced by th
 # Measured on two cores: a quarter of the work takes 0.35 to 0.47 of the time, for 200 x 150 to 800 x 600 pixels.
 _EXPONENT = 0.75
 _REMEMBERED = 5  # pictures
+_COARSE, _LEAST_PIXELS = 7, 60_000  # pictures coarser than that are for wide screens, on which they have more pixels
 _FINER_BELOW = 0.75  # fraction of the wanted time: without this margin the coarseness would alternate
 
 
@@ -54,7 +56,7 @@ class Coarseness:
 # From fine to coarse. A CPU needs as long for pixels as for samples; a graphics card needs hardly any time for pixels.
 ON_CPU = tuple(starmap(Coarseness, (
     (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.7), (1.5, 0.5), (2, 0.7), (2, 0.5), (2.5, 0.5), (3, 0.5), (4, 0.5), (4, 0.35),
-    (5, 0.35), (6, 0.35), (7, 0.35),
+    (5, 0.35), (6, 0.35), (7, 0.35), (8, 0.35), (10, 0.35),
 )))  # fmt: skip
 ON_CARD = tuple(starmap(Coarseness, ((1, 2), (1, 1), (1, 0.7), (1, 0.5), (1.5, 0.5), (2, 0.5), (3, 0.5), (4, 0.35))))
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
@@ -76,12 +78,13 @@ class Pace:
 
     def choose(self, full: tuple[int, int]) -> Coarseness:
         """Return the coarseness of the next picture, for a window of `full` pixels."""
-        finest = next((each for each in self.ladder if self._seconds(each, full) <= self.wanted), self.ladder[-1])
+        ladder = [each for each in self.ladder if each.shrink <= _COARSE or math.prod(each.size(full)) >= _LEAST_PIXELS]
+        finest = next((each for each in ladder if self._seconds(each, full) <= self.wanted), ladder[-1])
         current = self._current
-        if current is not None and current in self.ladder and finest.work(full) > current.work(full):
+        if current is not None and current in ladder and finest.work(full) > current.work(full):
             # Change to a finer picture only if there is time to spare.
             spare = _FINER_BELOW * self.wanted
-            finest = next((each for each in self.ladder if self._seconds(each, full) <= spare), self.ladder[-1])
+            finest = next((each for each in ladder if self._seconds(each, full) <= spare), ladder[-1])
             finest = max(finest, current, key=lambda each: each.work(full))
         self._current = finest
         return finest

@@ -21,6 +21,7 @@ from texvol.window.panels import (
     empty,
     files,
     grips,
+    ground,
     light,
     measure,
     measure_marks,
@@ -40,7 +41,6 @@ from texvol.window.panels import (
 _CONTROL = 0.56  # width of a control as a fraction of the panel's: the rest is for its label
 # Of a button's padding, and of the usual spacing: all tab names fit beside each other, with the dot of unsaved changes.
 _TAB_PADDING, _BETWEEN_TABS = 0.25, 0.2
-BEHIND = (0.05, 0.05, 0.055)  # background without a picture
 _REACH = 8.0  # of the edge, window coordinates at scale 1: not wider than the panel's empty margin
 _FLAGS = imgui.WindowFlags_.no_decoration | imgui.WindowFlags_.no_move | imgui.WindowFlags_.no_scroll_with_mouse
 _FLAGS |= imgui.WindowFlags_.no_bring_to_front_on_focus
@@ -86,12 +86,10 @@ def show(desk: Desk) -> None:
 def picture(desk: Desk) -> None:
     """Draw the picture behind everything else, with handles and texts over it."""
     shown = desk.director.shown
-    if shown is not None and shown.lacks_annotation:
+    ground.lay(desk)
+    if shown is not None:
         corner = parts.corner_in_pixels(desk)
         desk.attempt(lambda: desk.annotating.draw(desk.textures, corner, desk.pixels, desk.director.pictures, shown))
-    elif shown is not None and desk.textures is not None:
-        texture = imgui.ImTextureRef(desk.textures.get("picture", desk.director.pictures, lambda: shown.pixels))
-        imgui.get_background_draw_list().add_image(texture, *parts.corners(desk.viewport))
     planes.draw(desk)  # first: slices would hide the grips
     grips.draw(desk)
     measure_marks.draw(desk)
@@ -156,7 +154,7 @@ def _sidebar(desk: Desk) -> None:
     imgui.set_next_window_size(imgui.ImVec2(display.x - left, display.y))
     style = imgui.get_style()
     rounding, style.window_rounding = style.window_rounding, 0.0
-    imgui.begin("panels", None, _FLAGS)
+    imgui.begin("panels", None, _FLAGS | imgui.WindowFlags_.no_background)  # the ground has it
     style.window_rounding = rounding
     _edge(desk)
     foot = status.height(desk)

@@ -106,7 +106,8 @@ def _curve(desk: Desk, document: Document, state: MediumState, medium: TransferF
         low, high = histogram.edges[[0, -1]].tolist()
         state.bounds_of, canvas.bounds = medium, (min(low, ends[0]), max(high, ends[1]))
     texts = f"opacity over {state.length:.3g} {volume.unit or 'units'}", _values_of(volume)
-    outcome, frame = plot.show(canvas, histogram, medium, state.length, _room(), texts)
+    assert desk.textures is not None
+    outcome, frame = plot.show(canvas, histogram, medium, state.length, _room(), texts, desk.textures)
     if outcome.opens:
         point.open_at(canvas, frame, medium, state.length)
     edited = outcome.medium or point.show(canvas, medium, state.length, volume.unit)

@@ -9,7 +9,6 @@ import numpy as np
 from imgui_bundle import imgui
 
 from texvol.annotation import rounding
-from texvol.scene.display import straight_colors
 from texvol.scene.transfer import TransferFunction, adjusting
 from texvol.util.color import srgb_from_linear
 from texvol.window import gestures, lineage
@@ -17,7 +16,9 @@ from texvol.window.editing import opacity_of
 from texvol.window.gestures import Drag, Frame, Hit
 from texvol.window.histogram import Histogram
 from texvol.window.panels import axis, parts
+from texvol.window.plotted import Plotted
 from texvol.window.ranges import Ends
+from texvol.window.screen import Textures
 
 LOWEST = 110.0  # height, in window coordinates at scale 1, as are the following
 _POINT = 5.5
@@ -25,10 +26,9 @@ _REACH = 10.0
 _STILL = 4.0  # a button that is released nearer than that to where it was pressed has clicked
 _LEFT = 24.0  # margin, for the opacities
 _TICK = 52.0  # least distance of ticks
-_BEHIND, _GRID, _HISTOGRAM, _CURVE = 0xFF_1A_17_16, 0xFF_2C_28_26, 0x90_86_78_6C, 0xFF_FA_F6_F2  # ABGR
+_BEHIND, _GRID, _CURVE = 0xFF_1A_17_16, 0xFF_2C_28_26, 0xFF_FA_F6_F2  # ABGR
 _RING, _CHOSEN, _END, _HELD = 0xFF_D2_C8_C0, 0xFF_FF_FF_FF, 0x80_CC_90_5C, 0xFF_FF_B8_73
-_AREA = 0x8C << 24
-_COLUMNS = 512  # of the filled area, at most
+_COLUMNS = 512  # of the filled area and of the curve, at most
 _HELP = """click: add a point; on a point: edit it
 drag a point: move it; right click: remove it
 drag the area below the curve: shift it, or multiply its opacity
@@ -80,8 +80,9 @@ class Outcome:
 
 
 def show(
-    canvas: Canvas, histogram: Histogram, medium: TransferFunction, length: float, height: float, texts: tuple[str, str]
-) -> tuple[Outcome, Frame]:
+    canvas: Canvas, histogram: Histogram, medium: TransferFunction, length: float, height: float,
+    texts: tuple[str, str], textures: Textures,
+) -> tuple[Outcome, Frame]:  # fmt: skip
     """Show the plot, `height` high; `texts` are the title of the opacity and the name of the values."""
     scale, corner = parts.scale(), imgui.get_cursor_screen_pos()
     width = imgui.get_content_region_avail().x
@@ -101,8 +102,9 @@ def show(
     draw.add_rect_filled(imgui.ImVec2(frame.left, frame.top), end, _BEHIND)
     _axes(draw, frame, texts[1])
     draw.push_clip_rect(imgui.ImVec2(frame.left, frame.top), end, True)
-    _columns(draw, frame, histogram, canvas.logarithmic)
-    _area(draw, frame, medium, length)
+    columns = int(np.clip(frame.width / scale, 2, _COLUMNS))
+    _fill(draw, textures, Plotted(frame, histogram, canvas.logarithmic, medium, length, columns))
+    _line(draw, frame, medium, length, columns)
     _ends(draw, frame, canvas, adjusting.ends(medium))
     draw.pop_clip_rect()
     _points(draw, canvas, frame, medium, length)
@@ -220,31 +222,16 @@ def _axes(draw: imgui.ImDrawList, frame: Frame, name: str) -> None:
     draw.add_text(imgui.ImVec2(right - wide, bottom + 2 * scale), grey, name)
 
 
-def _columns(draw: imgui.ImDrawList, frame: Frame, histogram: Histogram, logarithmic: bool) -> None:
-    heights, edges = histogram.heights(logarithmic), histogram.edges
-    inside = (edges[1:] > frame.shown[0]) & (edges[:-1] < frame.shown[1]) & (heights > 0)
-    bottom = frame.y(0.0)
-    # Whole pixels, so that columns of equal width look alike.
-    lefts = np.round([frame.x(edge) for edge in edges[:-1][inside]])
-    rights = np.round([frame.x(edge) for edge in edges[1:][inside]])
-    tops = [frame.y(height) for height in heights[inside]]
-    for left, right, top in zip(lefts.tolist(), rights.tolist(), tops, strict=True):
-        draw.add_rect_filled(imgui.ImVec2(left, top), imgui.ImVec2(right, bottom), _HISTOGRAM)
+def _fill(draw: imgui.ImDrawList, textures: Textures, shown: Plotted) -> None:
+    """Draw the histogram, and the area below the curve in its colours."""
+    texture = imgui.ImTextureRef(textures.get("plot", shown, shown.pixels))
+    left, top, right, bottom = shown.place
+    draw.add_image(texture, imgui.ImVec2(left, top), imgui.ImVec2(right, bottom))
 
 
-def _area(draw: imgui.ImDrawList, frame: Frame, medium: TransferFunction, length: float) -> None:
-    """Draw the curve, and the area below it in its colours."""
-    count = int(np.clip(frame.width / parts.scale(), 2, _COLUMNS))
-    middles = frame.shown[0] + (np.arange(count) + 0.5) / count * (frame.shown[1] - frame.shown[0])
-    shown = np.rint(255 * srgb_from_linear(np.clip(straight_colors(medium, middles), 0, 1))).astype(np.int64)
-    colors = (_AREA | shown[:, 2] << 16 | shown[:, 1] << 8 | shown[:, 0]).tolist()
-    tops = [frame.y(height) for height in opacity_of(medium.at(middles)[:, 3], length).tolist()]
-    # Whole pixels, so that columns leave no gaps.
-    edges = np.round(frame.left + np.arange(count + 1) / count * frame.width).tolist()
-    bottom = frame.y(0.0)
-    for left, right, top, color in zip(edges, edges[1:], tops, colors, strict=False):
-        if top < bottom:
-            draw.add_rect_filled(imgui.ImVec2(left, top), imgui.ImVec2(right, bottom), color)
+def _line(draw: imgui.ImDrawList, frame: Frame, medium: TransferFunction, length: float, pieces: int) -> None:
+    """Draw the curve."""
+    middles = np.linspace(*frame.shown, pieces)
     at_points = np.concatenate([medium.values, np.nextafter(medium.values, -np.inf)])
     values = np.unique(np.concatenate([middles, frame.shown, at_points]))
     values = values[(values >= frame.shown[0]) & (values <= frame.shown[1])]
