@@ -29,7 +29,7 @@ from real_volumes import VOLUMES, volume_path
 
 _ALL = ["--annotate", "box,scale-bar,legend,axes"]
 _USUAL_DPI = 96
-_PATIENCE = 120.0  # seconds for a window to come, to rest and to end
+_PATIENCE = 600.0  # seconds for a window to come, to rest and to end
 _QUIET = 0.08  # processor seconds per second, less than any picture takes
 
 
