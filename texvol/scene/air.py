@@ -61,11 +61,16 @@ def air_in_8_bits(volume: Volume) -> Air:
 
 def hounsfield_by(volume: Volume) -> Literal["", "file", "values"]:
     """Return "file" or "values", whichever says that values are Hounsfield units; "" where neither does."""
-    if volume.labels or volume.colors is not None:
-        return ""
-    if volume.value_unit:
-        return "file" if volume.value_unit.strip().lower() in _NAMES else ""
-    return "values" if _like_hounsfield(volume) else ""
+    if is_told_hounsfield(volume):
+        return "file"
+    is_untold = not (volume.labels or volume.colors is not None or volume.value_unit)
+    return "values" if is_untold and _like_hounsfield(volume) else ""
+
+
+def is_told_hounsfield(volume: Volume) -> bool:
+    """True if the file says that values are Hounsfield units; no value is looked at."""
+    is_measured = not volume.labels and volume.colors is None
+    return is_measured and volume.value_unit.strip().lower() in _NAMES
 
 
 def hounsfield_range(volume: Volume) -> bool:

@@ -15,7 +15,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from texvol.scene.air import hounsfield_by, hounsfield_range
+from texvol.scene.air import hounsfield_range, is_told_hounsfield
 from texvol.scene.channel import Channel
 from texvol.scene.transfer import color_maps, histogram, two_signs
 from texvol.scene.transfer.function import TransferFunction
@@ -348,7 +348,7 @@ def proposed_beside(volume: Volume, number: int) -> TransferFunction:
 
 def _is_hounsfield(volume: Volume) -> bool:
     """True if the file says that the values are Hounsfield units, or their range is one, as a preset of CT suggests."""
-    return hounsfield_by(volume) == "file" or hounsfield_range(volume)
+    return is_told_hounsfield(volume) or hounsfield_range(volume)
 
 
 def _from_points(points: list[Point], volume: Volume, values: str, name: str) -> TransferFunction:

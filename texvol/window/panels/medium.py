@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from imgui_bundle import imgui
 
-from texvol.scene.air import hounsfield_by
+from texvol.scene.air import is_told_hounsfield
 from texvol.scene.display import number_colors
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction, adjusting
@@ -124,7 +124,7 @@ def _curve(desk: Desk, document: Document, state: MediumState, medium: TransferF
 
 def _values_of(volume: Volume) -> str:
     """Return the name of a volume's values."""
-    return "HU" if hounsfield_by(volume) == "file" else "value"
+    return "HU" if is_told_hounsfield(volume) else "value"
 
 
 def _room() -> float:
