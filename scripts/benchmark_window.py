@@ -1,12 +1,13 @@
 """Frame times of the window while a volume is turned by a real mouse, on an X server without a screen.
 
     python scripts/benchmark_window.py DATA [--only NAME,NAME] [--sizes 1280x800,1920x1080] [--dpi 96,192] [--seconds 4]
-        [--manager openbox]
+        [--manager openbox] [--moving]
 
 DATA is the folder of the real volumes (`real_volumes.py` lists them) or a volume. Each window stands under a window
 manager on Xvfb, with and without all annotation; when it is at rest, xdotool presses the left button and moves the
 mouse 60 times a second. The times are those between two new pictures while the volume turns, the first after the press
-included; the seconds to the final picture are those after the button is let go.
+included; the seconds to the final picture are those after the button is let go. The processor time, for each picture,
+is that of the window and its painting processes. With --moving, no final picture is waited for.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 from real_volumes import VOLUMES, volume_path
@@ -30,17 +32,19 @@ from real_volumes import VOLUMES, volume_path
 _ALL = ["--annotate", "box,scale-bar,legend,axes"]
 _USUAL_DPI = 96
 _PATIENCE = 600.0  # seconds for a window to come, to rest and to end
+_OPENING = 8.0  # seconds in which the first pictures come
 _QUIET = 0.08  # processor seconds per second, less than any picture takes
 
 
 @dataclass(frozen=True)
 class Turned:
-    """Times of one window, in milliseconds but for `final`, which is in seconds."""
+    """Times of one window, in milliseconds but for `final`, which is in seconds; `processor` is for each picture."""
 
     median: float
     largest: float
     pictures: int
-    final: float
+    processor: float
+    final: float | None
 
 
 @contextmanager
@@ -69,7 +73,9 @@ def _started(stack: ExitStack, line: list[str], environment: dict[str, str], kep
     stack.callback(process.terminate)
 
 
-def turned(words: list[str], size: tuple[int, int], dpi: int, seconds: float, manager: str) -> Turned:
+def turned(
+    words: list[str], size: tuple[int, int], dpi: int, seconds: float, manager: str, *, moving: bool = False
+) -> Turned:
     """Open a window of a size in pixels, turn the volume, and close the window."""
     with tempfile.TemporaryDirectory() as folder, screen(*size, dpi, manager) as environment:
         table = Path(folder, "frames.csv")
@@ -79,16 +85,22 @@ def turned(words: list[str], size: tuple[int, int], dpi: int, seconds: float, ma
         try:
             search = ["xdotool", "search", "--sync", "--onlyvisible", "--pid", str(window.pid), "windowfocus"]
             subprocess.run(search, env=environment, stdout=subprocess.DEVNULL, timeout=_PATIENCE, check=True)
-            _rest(window)
+            if moving:
+                time.sleep(_OPENING)
+            else:
+                _rest(window)
+            before = _used(window)
             _drag(environment, size, seconds)
-            _rest(window)
+            spent = _used(window) - before
+            if not moving:
+                _rest(window)
             subprocess.run(["xdotool", "key", "ctrl+q"], env=environment, check=True)
             window.wait(_PATIENCE)
         finally:
             window.kill()
             window.wait()
         with table.open() as file:
-            return _judged(list(csv.DictReader(file)))
+            return _judged(list(csv.DictReader(file)), spent)
 
 
 def _drag(environment: dict[str, str], size: tuple[int, int], seconds: float) -> None:
@@ -108,7 +120,12 @@ def _rest(window: subprocess.Popen[bytes]) -> None:
         assert time.monotonic() < end, "the window never came to rest"
         assert window.poll() is None, "the window has ended"
         time.sleep(0.5)
-        seen.append(sum(_processor(each) for each in _family(window.pid)))
+        seen.append(_used(window))
+
+
+def _used(window: subprocess.Popen[bytes]) -> float:
+    """Return the processor seconds of a window and its children."""
+    return sum(_processor(each) for each in _family(window.pid))
 
 
 def _family(process: int) -> list[int]:
@@ -123,12 +140,15 @@ def _processor(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _judged(frames: list[dict[str, str]]) -> Turned:
-    opened = next(n for n, each in enumerate(frames) if each["state"] == "rest")
-    moving = [n for n, each in enumerate(frames) if n > opened and each["state"] == "moving"]
-    times = [1e3 * float(frames[n]["picture_seconds"]) for n in moving if float(frames[n]["picture_seconds"])]
-    rest = next(float(each["time"]) for each in frames[moving[-1] :] if each["state"] == "rest")
-    return Turned(statistics.median(times), max(times), len(times), rest - float(frames[moving[-1]]["time"]))
+def _judged(frames: list[dict[str, str]], spent: float) -> Turned:
+    moving = [n for n, each in enumerate(frames) if each["state"] == "moving" and float(each["picture_seconds"])]
+    shown = [float(frames[n]["time"]) for n in moving]
+    gaps = [after - before for before, after in pairwise(shown)]
+    turned = moving[gaps.index(max(gaps)) + 1 :]  # those before the longest gap are of the opening
+    times = [1e3 * float(frames[n]["picture_seconds"]) for n in turned]
+    rests = [float(each["time"]) for each in frames[turned[-1] :] if each["state"] == "rest"]
+    final = rests[0] - shown[-1] if rests else None
+    return Turned(statistics.median(times), max(times), len(times), 1e3 * spent / len(times), final)
 
 
 def main() -> None:
@@ -140,6 +160,7 @@ def main() -> None:
     parser.add_argument("--dpi", default="96")
     parser.add_argument("--seconds", type=float, default=4.0)
     parser.add_argument("--manager", default="openbox", help="window manager; an empty text for none (openbox)")
+    parser.add_argument("--moving", action="store_true", help="wait for no final picture")
     arguments = parser.parse_args()
     needed = ["Xvfb", "xdotool", *filter(None, [arguments.manager]), *(["xrdb"] if arguments.dpi != "96" else [])]
     missing = [each for each in needed if shutil.which(each) is None]
@@ -150,8 +171,8 @@ def main() -> None:
     else:
         found = {name: (volume_path(arguments.data, name, file), told) for name, file, told, _ in VOLUMES}
         files = {name: [str(path), *told.split()] for name, (path, told) in found.items() if path}
-    print("| volume | window | dpi | annotation | pictures | median ms | largest ms | final after s |")
-    print("|---|---|---|---|---|---|---|---|")
+    print("| volume | window | dpi | annotation | pictures | median ms | largest ms | processor ms | final after s |")
+    print("|---|---|---|---|---|---|---|---|---|")
     for name, words in files.items():
         if arguments.only and name not in arguments.only:
             continue
@@ -159,9 +180,11 @@ def main() -> None:
             width, height = map(int, size.split("x"))
             for dpi in map(int, arguments.dpi.split(",")):
                 for label, annotated in (("none", []), ("all", _ALL)):
-                    one = turned([*words, *annotated], (width, height), dpi, arguments.seconds, arguments.manager)
+                    how = (width, height), dpi, arguments.seconds, arguments.manager
+                    one = turned([*words, *annotated], *how, moving=arguments.moving)
                     cells = [name, size, dpi, label, one.pictures, f"{one.median:.0f}", f"{one.largest:.0f}"]
-                    print(f"| {' | '.join(map(str, cells))} | {one.final:.1f} |", flush=True)
+                    cells += [f"{one.processor:.0f}", "" if one.final is None else f"{one.final:.1f}"]
+                    print(f"| {' | '.join(map(str, cells))} |", flush=True)
 
 
 if __name__ == "__main__":

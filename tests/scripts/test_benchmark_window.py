@@ -21,12 +21,24 @@ def test_a_window_is_turned_and_timed(tmp_path: Path) -> None:
     line = [sys.executable, str(SCRIPT), volume, "--sizes=300x200", "--seconds=0.5", "--manager="]
     done = subprocess.run(line, capture_output=True, text=True, timeout=500, check=False)
     assert done.returncode == 0, done.stderr
-    rows = re.findall(
-        r"^\| ball\.npy \| 300x200 \| 96 \| (none|all) \| (\d+) \| (\d+) \| (\d+) \| ([\d.]+) \|$", done.stdout, re.M
-    )
+    cells = r" \| (\d+) \| (\d+) \| (\d+) \| (\d+) \| ([\d.]+) \|$"
+    rows = re.findall(r"^\| ball\.npy \| 300x200 \| 96 \| (none|all)" + cells, done.stdout, re.M)
     assert [row[0] for row in rows] == ["none", "all"], done.stdout
-    for _, pictures, median, largest, final in rows:
+    for _, pictures, median, largest, processor, final in rows:
+        assert int(processor) > 0
         assert int(pictures) >= 2 and 0 < int(median) <= int(largest) and float(final) >= 0
+
+
+def test_pictures_of_the_opening_are_not_of_the_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(SCRIPT.parent))  # it imports its neighbours
+    judged = runpy.run_path(str(SCRIPT), run_name="benchmark_window")["_judged"]
+    pictures = [(1.0, 900), (1.4, 400), (9.0, 80), (9.04, 40), (9.07, 30)]
+    frames = [{"time": str(at), "picture_seconds": str(1e-3 * ms), "state": "moving"} for at, ms in pictures]
+    found = judged(frames, 0.15)
+    assert (found.median, found.largest, found.pictures, found.final) == (pytest.approx(40), pytest.approx(80), 3, None)
+    assert found.processor == pytest.approx(50)
+    rest = {"time": "12.07", "picture_seconds": "3", "state": "rest"}
+    assert judged([*frames, rest], 0.15).final == pytest.approx(3.0)
 
 
 @pytest.mark.skipif(not (shutil.which("Xvfb") and shutil.which("xrdb")), reason="needs Xvfb and xrdb")

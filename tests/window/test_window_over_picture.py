@@ -9,15 +9,15 @@ from typing import Any, cast
 import numpy as np
 import pytest
 from imgui_bundle import imgui
-from support.desks import done
-from support.panel_frames import desk_of_noise, headless, noticed, shown
+from support.desks import desk_with, done
+from support.panel_frames import desk_of_noise, dressed, headless, noticed, shown
 
 from texvol.annotation import Annotation
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.window import panels
 from texvol.window.desk import Desk
-from texvol.window.panels import cube, grips, overlay, planes, tips
+from texvol.window.panels import cube, grips, ground, overlay, planes, tips
 from texvol.window.slice_views import Plane
 from texvol.window.slices import NAMES
 from texvol.window.steering import Viewport
@@ -48,6 +48,41 @@ def test_the_cube_shrinks_in_a_small_picture_and_leaves_the_smallest_free(
         assert cube._shows(desk) == shows
         if shows:
             assert cube._place(desk)[1] == pytest.approx(edge)
+
+
+def test_the_ground_is_that_of_the_picture_where_it_fills_the_height(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    filled: list[tuple[tuple[float, ...], tuple[int, ...]]] = []
+    monkeypatch.setattr(
+        cast(Any, desk.textures).target,
+        "clear",
+        lambda *color, viewport: filled.append((color, viewport)),
+        raising=False,
+    )
+    area, height = Viewport(0, 0, 540, 1200), 1200
+    panel = (540, 0, 360, height)
+    with headless():
+        for mode, color in (("", (0, 0, 0)), ("2x2", ground.BEHIND)):
+            desk.layout.shown = bool(mode)
+            desk.viewport = view = desk.layout.arrange(area, 1.0, True)
+            assert ground.color(desk) == color
+            filled.clear()
+            ground.lay(desk)
+            place = (round(view.x), height - round(view.y + view.height), round(view.width), round(view.height))
+            assert [each[1] for each in filled] == ([panel] if not mode else [place, panel])
+        desk.viewport = desk.layout.arrange(area, 1.0, False, foot=40.0)
+        assert ground.color(desk) == ground.BEHIND, "beside the time bar as well"
+
+
+def test_a_frame_of_the_medium_tab_looks_at_no_samples(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    desk = desk_of_noise(tmp_path, monkeypatch)
+    np.save("like.npy", np.random.default_rng(4).integers(-1000, 1200, (6, 7, 8)).astype(np.int16))
+    desk = dressed(desk_with("like.npy"))
+    with headless():
+        shown(desk, "Medium", 2)
+        monkeypatch.setattr("texvol.scene.transfer.units.typical_samples", None)
+        shown(desk, "Medium", 2)
 
 
 def test_the_cube_changes_its_corner_where_the_legend_is(desk: Desk) -> None:
