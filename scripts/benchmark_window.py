@@ -33,6 +33,7 @@ _ALL = ["--annotate", "box,scale-bar,legend,axes"]
 _USUAL_DPI = 96
 _PATIENCE = 600.0  # seconds for a window to come, to rest and to end
 _OPENING = 8.0  # seconds in which the first pictures come
+_SLACK = 1.0  # seconds before the turn in which no picture comes
 _QUIET = 0.08  # processor seconds per second, less than any picture takes
 
 
@@ -89,18 +90,19 @@ def turned(
                 time.sleep(_OPENING)
             else:
                 _rest(window)
-            before = _used(window)
+            before, start = _used(window), time.monotonic()
             _drag(environment, size, seconds)
             spent = _used(window) - before
             if not moving:
                 _rest(window)
+            passed = time.monotonic() - start
             subprocess.run(["xdotool", "key", "ctrl+q"], env=environment, check=True)
             window.wait(_PATIENCE)
         finally:
             window.kill()
             window.wait()
         with table.open() as file:
-            return _judged(list(csv.DictReader(file)), spent)
+            return _judged(list(csv.DictReader(file)), passed, spent)
 
 
 def _drag(environment: dict[str, str], size: tuple[int, int], seconds: float) -> None:
@@ -140,14 +142,16 @@ def _processor(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def _judged(frames: list[dict[str, str]], spent: float) -> Turned:
-    moving = [n for n, each in enumerate(frames) if each["state"] == "moving" and float(each["picture_seconds"])]
-    shown = [float(frames[n]["time"]) for n in moving]
-    gaps = [after - before for before, after in pairwise(shown)]
-    turned = moving[gaps.index(max(gaps)) + 1 :]  # those before the longest gap are of the opening
-    times = [1e3 * float(frames[n]["picture_seconds"]) for n in turned]
-    rests = [float(each["time"]) for each in frames[turned[-1] :] if each["state"] == "rest"]
-    final = rests[0] - shown[-1] if rests else None
+def _judged(frames: list[dict[str, str]], since_drag: float, spent: float) -> Turned:
+    """Return the times of a table of frames; the drag began `since_drag` seconds before the last of them."""
+    begun = float(frames[-1]["time"]) - since_drag - _SLACK
+    new = [each for each in frames if each["state"] == "moving" and float(each["picture_seconds"])]
+    shown = [each for each in new if float(each["time"]) > begun]
+    at = [float(each["time"]) for each in shown]
+    # Later ones follow each other: a late one does not count from the change that it shows.
+    times = [1e3 * float(shown[0]["picture_seconds"]), *(1e3 * (after - before) for before, after in pairwise(at))]
+    rests = [float(each["time"]) for each in frames if each["state"] == "rest" and float(each["time"]) > at[-1]]
+    final = rests[0] - at[-1] if rests else None
     return Turned(statistics.median(times), max(times), len(times), 1e3 * spent / len(times), final)
 
 
