@@ -23,7 +23,7 @@ _AREA = 0x8C  # opacity
 
 
 class Plotted(NamedTuple):
-    """What the pixels depend on; `columns` is the number of columns of one colour that the area has."""
+    """Plot, by all that its pixels depend on; `columns` is the number of columns of one colour of the area."""
 
     frame: Frame
     histogram: Histogram
