@@ -126,7 +126,7 @@ def test_a_picture_by_ramps_is_that_by_segments(
     medium = medium_of_ramps(number, volume, classification, emissive)
     scene = Scene(volume, medium, Camera.framing(volume, projection), classification=classification)
     by_ramps = renderer.render(scene, SIZE)
-    with patch("texvol.textures.value_texture.ramp_uniforms", return_value=None):
+    with patch("texvol.textures.stored_function.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(medium)), SIZE)
     brightest = max(1.0, float(by_segments.max()))
     # The steepest ramp takes a value's rounding to that of its numbers.
@@ -147,7 +147,7 @@ def test_any_type_of_values_by_ramps(renderer: Renderer, dtype: type, classifica
     camera = Camera.orthographic((2.5, -20.0, 1.5), (2.5, 2, 1.5), (0, 0, 1), height=4)
     scene = Scene(volume, medium, camera, classification=classification)
     by_ramps = renderer.render(scene, (8, 8))
-    with patch("texvol.textures.value_texture.ramp_uniforms", return_value=None):
+    with patch("texvol.textures.stored_function.ramp_uniforms", return_value=None):
         by_segments = renderer.render(replace(scene, transfer_function=replace(medium)), (8, 8))
     # A value is known to some 2^-22 of the largest stored; colour and depth change by up to 0.2 per unit.
     blur = 2.0**-22 * (65536 if np.dtype(dtype).kind in "iu" and np.dtype(dtype).itemsize == 2 else 256)

@@ -156,11 +156,11 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
 
 def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return for each octant the cells, (…, cz, cy, cx), that are set together with their 7 neighbours in it."""
-    for axis, goes_down in ((-3, _DOWN["z"]), (-2, _DOWN["y"])):
+    for axis, goes_down in ((1, _DOWN["z"]), (2, _DOWN["y"])):
+        here, next_one = ((slice(None),) * axis + (part,) for part in (slice(None, -1), slice(1, None)))
         shrunk = alike.copy()
-        along, before = np.moveaxis(shrunk, axis, 0), np.moveaxis(alike, axis, 0)
-        along[:-1] &= before[1:] | np.uint8(goes_down)
-        along[1:] &= before[:-1] | np.uint8(255 - goes_down)
+        shrunk[here] &= alike[next_one] | np.uint8(goes_down)
+        shrunk[next_one] &= alike[here] | np.uint8(255 - goes_down)
         alike = shrunk
     # Rows are short, and each takes numpy as long as many cells: along them all at once, but for what is beyond an end.
     up, down = np.full_like(alike, _DOWN["x"]), np.full_like(alike, 255 - _DOWN["x"])

@@ -11,15 +11,11 @@ What is wider, or would lose the digits that the transfer function looks at, is 
 
 Where light or the medium asks for gradients a texel is gradient and value together, so that one fetch gives both: 16
 bits each where the value is an integer of at most that, single precision otherwise.
-
-The table loses nothing, however many points there are or how close: a segment between two control points is a line, and
-a grid over the values says between which segments to search.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any, Literal
 from weakref import WeakKeyDictionary
 
@@ -34,8 +30,8 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.slicing.slabs import SLABS_PER_STACK
 from texvol.textures.graded_uniforms import graded_switches, graded_uniforms
-from texvol.textures.ramps import STEP_MARGIN, ramp_uniforms
 from texvol.textures.slab_texture import Box
+from texvol.textures.stored_function import StoredFunction, stored_function
 from texvol.textures.value_storage import (
     Features,
     Storage,
@@ -45,11 +41,6 @@ from texvol.textures.value_storage import (
     stored_values,
 )
 
-_OPAQUE = 1e16  # extinction per smallest spacing that stands for all above: its square is a float32
-_LAST = 3e38  # the end of the last segment
-_TABLE_WIDTH = 4096  # segments in a row of the table; more go into further rows
-_MOST_CELLS = 4096
-_MOST_RAMPS = 12  # for `integrated`: with twice as many segments are as fast
 _PAST_HUGE = 1e31  # what infinities are not mistaken for: there a missing neighbour needs a weight of 3e-8 to be seen
 _PAST_ALL = 2.0  # times the largest stored value, if that is not 0
 # 16 bits of a gradient's component: 0 is a number of its own, so that nothing leans anywhere in a flat region.
@@ -141,13 +132,12 @@ class ValueTexture:
     def switches(self, slab_thickness: float, obliquity: float) -> dict[str, int]:
         """Switches of the shader; between two planes at distance 1 the longest ray's length is `obliquity`."""
         post = self.classification == "post"
-        ramps = len(self._ramps["ramp_rises"]) if self._ramps else 0
         deepest = float(self.transfer_function.extinctions.max()) * slab_thickness * obliquity
         return {
             "CLASSIFICATION": 2 if post else 3,
             "EMISSIVE": 2 if self.transfer_function.premultiplied else int(self.transfer_function.emissive),
             "MISSING": int(self.volume.has_missing),
-            "RAMPS": ramps,
+            "RAMPS": self._function.number_of_ramps,
             "GRADIENT": self.gradient_switch,
             "WEIGHTS": int(self.mask is not None),
             "SHALLOW": int(optics.is_shallow(deepest) and not self.transfer_function.needs_gradient),
@@ -167,101 +157,24 @@ class ValueTexture:
         return self if self.classification == classification else replace(self, classification=classification)
 
     @property
-    def _function_uniforms(self) -> dict[str, Any]:
-        """Uniforms of the transfer function."""
-        if self._ramps:
-            return self._ramps
-        low, high = self._grid_range
-        return {"grid_low": low, "grid_per_value": self._cells / (high - low), "grid_cells": self._cells}
-
-    @property
     def gradient_switch(self) -> int:
         """The shader's switch GRADIENT."""
         if self.estimator is None:
             return 0
         return 2 if self.texel_format == "rgba16" else 1
 
-    @cached_property
+    @property
     def tables(self) -> dict[str, NDArray[np.float32]]:
-        """Two-dimensional textures, shape (rows, columns, 4); none where ramps do.
-
-        `segments`, three rows for each 4096 segments: (start, end, extinction there and there), (colour at the start,
-        1 if opaque from its start on, 2 if opaque above its start), (colour at the end, 1 / (end - start)).
-        `segment_grid`: for each cell of the grid the first and the last segment that a value in it may lie in.
-        """
-        if self._ramps:
-            return {}
-        left, right, opaque = self.transfer_function.segment_ends
-        numbers = self._numbers
-        stored = self.storage.stored(self.transfer_function.values)
-        # A value that lies exactly on a step is to its right, one on the point before an infinite one is not opaque.
-        infinite = np.isinf(self.transfer_function.extinctions)
-        same = np.diff(stored) == 0
-        lower = np.append(same, False) | np.append(False, same) | infinite
-        upper = np.append(infinite[1:], False) & ~infinite
-        margin = STEP_MARGIN * np.abs(stored)
-        points = (stored + np.where(upper, margin, np.where(lower, -margin, 0.0))).astype(np.float32)
-        points = np.maximum.accumulate(points)
-        start, end = points[left], points[right]
-        table = np.zeros((3, left.size, 4))
-        table[0, :, :2] = np.column_stack([start, np.append(end[:-1], _LAST)])
-        table[0, :, 2:] = np.column_stack([numbers[left, 3], numbers[right, 3]])
-        table[1, :, :3], table[2, :, :3] = numbers[left, :3], numbers[right, :3]
-        table[1, :, 3] = np.where(opaque[:, 0], 1, np.where(opaque[:, 1], 2, 0))
-        # From the ends as float32 has them: a value in between stays between its ends, however close they are.
-        width = end.astype(np.float64) - start
-        table[2, :, 3] = np.divide(1, width, out=np.zeros(width.size), where=width > 1e-37)
-        rows = -(-left.size // _TABLE_WIDTH)
-        padded = np.zeros((3, rows * _TABLE_WIDTH if rows > 1 else left.size, 4))
-        padded[:, : left.size] = table
-        segments = padded.reshape(3, rows, -1, 4).transpose(1, 0, 2, 3).reshape(rows * 3, -1, 4)
-        return {
-            "segments": np.clip(segments, -_LAST, _LAST).astype(np.float32),
-            "segment_grid": self._grid(points),
-        }
-
-    def _grid(self, points: NDArray[np.float32]) -> NDArray[np.float32]:
-        low, high = self._grid_range
-        edges = np.linspace(low, high, self._cells + 1)
-        # Half a cell on either side: float32 may find a value in the neighbour of its cell.
-        margin = 0.5 * (edges[1] - edges[0])
-        grid = np.zeros((1, self._cells, 4), np.float32)
-        grid[0, :, 0] = np.searchsorted(points, edges[:-1] - margin, side="right")
-        grid[0, :, 1] = np.searchsorted(points, edges[1:] + margin, side="right")
-        grid[0, 0, 0], grid[0, -1, 1] = 0, points.size
-        return grid
-
-    @cached_property
-    def _ramps(self) -> dict[str, Any] | None:
-        """The transfer function as ramps, where that is possible; few of them for `integrated`."""
-        if np.isinf(self.transfer_function.extinctions).any():
-            return None
-        positions = self.storage.stored(self.transfer_function.values)
-        ramps = ramp_uniforms(positions, self._numbers, self.transfer_function.glows)
-        if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
-            return None
-        return ramps
+        """Tables of the transfer function."""
+        return self._function.tables
 
     @property
-    def _numbers(self) -> NDArray[np.float64]:
-        """Colour or emission and extinction of each point, per `length_unit`, shape (n, 4)."""
-        glow = self.length_unit if self.transfer_function.glows else 1.0
-        numbers = self.transfer_function.numbers * [glow, glow, glow, self.length_unit]
-        if self.transfer_function.premultiplied:
-            # An opaque medium shows its straight colour, which knows no length.
-            opaque = np.isinf(self.transfer_function.extinctions)
-            numbers[opaque, :3] = self.transfer_function.colors[opaque]
-        numbers[:, 3] = np.minimum(numbers[:, 3], _OPAQUE)
-        return numbers
+    def _function_uniforms(self) -> dict[str, Any]:
+        return self._function.uniforms
 
     @property
-    def _cells(self) -> int:
-        return int(min(_MOST_CELLS, max(64, 8 * self.transfer_function.values.size)))
-
-    @property
-    def _grid_range(self) -> tuple[float, float]:
-        low, high = (float(end) for end in self.storage.stored(self.transfer_function.values[[0, -1]]))
-        return (low, high) if high > low else (low - 1.0, low + 1.0)
+    def _function(self) -> StoredFunction:
+        return stored_function(self.transfer_function, self.storage, self.classification, self.length_unit)
 
 
 def bake_values(
