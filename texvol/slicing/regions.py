@@ -18,7 +18,9 @@ from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
 from texvol.util.errors import InputError
 
-_SIDE = 128  # samples: small enough to skip what is empty, to tell levels apart, and to be hidden
+# Samples along x, y, z: small enough to skip what is empty, to tell levels apart, and to be hidden. Each region takes
+# some milliseconds of its own, and samples lie side by side along x: half as many are a sixth quicker for 512³ samples.
+_SIDES = (256, 128, 128)
 _LEAST_PARTS = 32  # that memory has room for
 _FEW, _SMALL = 27, 32  # regions, and samples along an axis: fewer regions than these are cut smaller
 _LEAST_SIDE = 16  # samples, where memory has no room for more
@@ -71,7 +73,7 @@ def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list
     InputError
         If there would be too many of them.
     """
-    side = [min(_SIDE, 1 << (count - 1).bit_length()) for count in dimensions]
+    side = [min(most, 1 << (count - 1).bit_length()) for most, count in zip(_SIDES, dimensions, strict=True)]
     while _count(dimensions, side) < few and max(side) > _SMALL:
         side = [min(n, max(side) // 2) for n in side]
     while math.prod(side) > most_samples and max(side) > _LEAST_SIDE:
