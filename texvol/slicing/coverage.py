@@ -42,14 +42,18 @@ def pixels_of(
     high = np.clip(np.ceil(points.max(axis=0)), 0, size).astype(int)
     if (high <= low).any():
         return nothing
-    x = np.arange(low[0], high[0]) + 0.5
+    a = np.array(convex_hull((across, down) for across, down in points.tolist()))
+    edges = np.roll(a, -1, axis=0) - a
+    # Each row has an interval between edges that go up and edges that go down; a level one has all of it, or nothing.
+    # A pixel on the edge belongs to it, whatever rounding says.
     y = (np.arange(low[1], high[1]) + 0.5)[:, np.newaxis]
-    inside = np.ones((high[1] - low[1], high[0] - low[0]), np.bool_)
-    outline = np.array(convex_hull((across, down) for across, down in points.tolist()))
-    for (ax, ay), (bx, by) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
-        # A pixel on the edge belongs to it, whatever rounding says.
-        inside &= (bx - ax) * (y - ay) - (by - ay) * (x - ax) >= -_ROUNDING * (abs(bx - ax) + abs(by - ay))
-    return (slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))), inside
+    slack = _ROUNDING * np.abs(edges).sum(axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ends = a[:, 0] + (edges[:, 0] * (y - a[:, 1]) + slack) / edges[:, 1]
+    first = np.fmax.reduce(ends, axis=1, where=edges[:, 1] < 0, initial=-np.inf, keepdims=True)
+    last = np.fmin.reduce(ends, axis=1, where=edges[:, 1] >= 0, initial=np.inf, keepdims=True)
+    x = np.arange(low[0], high[0]) + 0.5
+    return (slice(int(low[1]), int(high[1])), slice(int(low[0]), int(high[0]))), (first <= x) & (x <= last)
 
 
 def pixel_boxes_of(
@@ -78,6 +82,7 @@ def pixel_boxes_of(
     if perspective:  # what reaches the eye may be anywhere
         near = (depth <= _NEAR * volume.radius).any(axis=1)
         points[near, 0], points[near, 1:] = 0.0, np.array(size, float)
+        points[(depth <= 0).all(axis=1)] = -1.0  # off the screen
     low = np.clip(np.floor(points.min(axis=1) - _ROUNDING), 0, size).astype(np.intp)
     high = np.clip(np.ceil(points.max(axis=1) + _ROUNDING), 0, size).astype(np.intp)
     return low, np.maximum(low, high)

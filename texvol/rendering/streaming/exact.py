@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.ordering import with_settled_light
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import needed_chunks, region_shows
+from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.picture_size import AnySize, checked_size
@@ -82,11 +82,8 @@ def raycast_pixels(
     assert isinstance(volume, LargeVolume)
     reach = complete.gradient.reach if complete.needs_gradient else 0
     margin = np.full(3, 1.0 + reach)
-    shown = [
-        region
-        for region in regions_of(volume.dimensions, min(_REGION, most_samples_of(volume)))
-        if region_shows(complete, size, volume, region, margin, np.zeros(3))
-    ]
+    regions = regions_of(volume.dimensions, min(_REGION, most_samples_of(volume)))
+    shown = regions_that_show(complete, size, volume, regions, margin, np.zeros(3))
     at = {region.position: region for region in shown}
     finest = [brick_of(region, volume.levels[0], 0, volume.dimensions, margin) for region in shown]
     cache = SampleCache(volume, volume.memory // 2)

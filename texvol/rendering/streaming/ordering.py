@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
-from texvol.rendering.streaming.visibility import needed_chunks, region_shows, shown_box
+from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show, shown_box
 from texvol.scene.large_volume import Box, LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
@@ -46,6 +46,7 @@ class RegionsOfPicture:
     def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
         self.levels = KnownLevels()
         self._at: dict[Triple, Region] = {}  # shown regions
+        self._bricks: dict[tuple[Region, int], Brick] = {}
         self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
@@ -55,11 +56,7 @@ class RegionsOfPicture:
 
     def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
         """Return the regions that may show anything, front to back."""
-        shown = [
-            region
-            for region in regions
-            if region_shows(self.scene, self.size, self.volume, region, self.margin, self.beyond)
-        ]
+        shown = regions_that_show(self.scene, self.size, self.volume, regions, self.margin, self.beyond)
         drawn = Drawn(len(regions), empty=len(regions) - len(shown))
         error = self.settings.level_error
         if error is None:
@@ -82,11 +79,14 @@ class RegionsOfPicture:
 
     def brick(self, region: Region, level: int) -> Brick:
         """Return a region as a brick of a level."""
-        # `integrated` looks at values anywhere in a slab, and shows what is between them.
-        shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
-        if shown is not None:
-            shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
-        return brick_of(region, self.volume.levels[level], level, self.volume.dimensions, self.margin, shown)
+        if (region, level) not in self._bricks:
+            # `integrated` looks at values anywhere in a slab, and shows what is between them.
+            shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
+            if shown is not None:
+                shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
+            of_level = self.volume.levels[level], level, self.volume.dimensions
+            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown)
+        return self._bricks[region, level]
 
     def needed(self, number: int) -> NDArray[np.bool_] | None:
         """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known."""

@@ -34,9 +34,7 @@ class Screen:
         self._deepest = np.zeros((size[1], size[0]))  # that a pixel's ray may have passed
         self._opaque = np.zeros((size[1], size[0]), np.bool_)
         self._known: dict[Brick, tuple[tuple[slice, slice], NDArray[np.bool_]]] = {}
-        self._changed = False
-        self._open: NDArray[np.int32] | None = None  # pixels above and to the left that are not opaque
-        self._drawn_since = 0  # bricks, after that was worked out
+        self._changed: list[tuple[slice, slice]] = []  # boxes of pixels that were drawn into since they were read
         self._compositor: Compositor | None = None
         self.hidden = 0
 
@@ -81,21 +79,21 @@ class Screen:
 
         `parts` are low and high corners in fractions of the box, shape (n, 2, 3).
         """
-        if self._open is None or self._drawn_since >= _FEW_DRAWN:
+        if len(self._changed) >= _FEW_DRAWN:
             self._update()
-            clear = np.pad(~self._opaque, ((1, 0), (1, 0)))
-            self._open = clear.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)
-            self._drawn_since = 0
         low, high = pixel_boxes_of(self._scene.volume, self._scene.camera, self._size, parts)
-        (x0, y0), (x1, y1) = low.T, high.T
-        table = self._open
+        corner = low.min(axis=0)
+        (x0, y0), (x1, y1), (right, below) = (low - corner).T, (high - corner).T, high.max(axis=0)
+        clear = np.pad(~self._opaque[corner[1] : below, corner[0] : right], ((1, 0), (1, 0)))
+        table = clear.cumsum(axis=0, dtype=np.int32).cumsum(axis=1, dtype=np.int32)
         return table[y1, x1] - table[y0, x1] - table[y1, x0] + table[y0, x0] == 0
 
     def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
         """Remember that a brick of a range of values has been drawn."""
-        self._compositor, self._changed = compositor, True
-        self._drawn_since += 1
+        self._compositor = compositor
         where, mask = self._pixels(brick)
+        if mask.size:
+            self._changed.append(where)
         self._deepest[where][mask] += self._depth_of(brick, values)
         self._known.pop(brick, None)
 
@@ -111,11 +109,14 @@ class Screen:
 
     def _update(self) -> None:
         if self._changed and self._compositor is not None:
-            opacity = self._compositor.opacity()
-            self._opaque = opacity >= self._opaque_from
+            rows, columns = (slice(min(each.start for each in along), max(each.stop for each in along))
+                             for along in zip(*self._changed, strict=True))  # fmt: skip
+            opacity = self._compositor.opacity(rows, columns)
+            self._opaque[rows, columns] = opaque = opacity >= self._opaque_from
             # From here on what is known counts, and not what might have been.
-            self._deepest = np.where(self._opaque, self._enough, -np.log1p(-np.minimum(opacity, 1 - _LEAST)))
-            self._changed = False
+            known = np.where(opaque, self._enough, -np.log1p(-np.minimum(opacity, 1 - _LEAST)))
+            self._deepest[rows, columns] = known
+            self._changed.clear()
 
     def _pixels(self, brick: Brick) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
         if brick not in self._known:
@@ -159,29 +160,31 @@ def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond:
     return needed
 
 
-def region_shows(
-    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region, margin: Box, beyond: Box
-) -> bool:
-    """True unless a region is known to show nothing: empty, cut away, or off the screen.
+def regions_that_show(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: list[Region], margin: Box, beyond: Box
+) -> list[Region]:
+    """Return the regions without those known to show nothing: empty, cut away, or off the screen.
 
-    `margin` is what its outermost slabs reach beyond it, `beyond` how far matter is seen from its place, both in
+    `margin` is what their outermost slabs reach beyond them, `beyond` how far matter is seen from its place, both in
     samples along x, y, z.
     """
-    box = region.box(volume.dimensions)
-    if _is_cut_away(scene, volume, box + np.outer([-1, 1], margin / np.array(volume.dimensions))):
-        return False
+    boxes = np.array([(each.first, each.last) for each in regions]) / np.array(volume.dimensions)
+    low, high = pixel_boxes_of(volume, scene.camera, size, boxes)
+    may_show = (low < high).all(axis=1)
+    may_show &= ~_are_cut_away(scene, volume, boxes + np.outer([-1, 1], margin / np.array(volume.dimensions)))
+    on_screen = [region for region, may in zip(regions, may_show, strict=True) if may]
     shows = chunks_that_show(scene, volume)
-    if shows is not None:
-        statistics = volume.levels[0].statistics
-        assert statistics is not None
-        chunk = statistics.chunk_shape
-        reach = np.ceil(beyond).astype(int)
-        ends = zip(region.first[::-1], region.last[::-1], chunk, reach[::-1].tolist(), strict=True)
-        where = tuple(slice(max(a - more, 0) // n, -(-(b + more) // n)) for a, b, n, more in ends)
-        if not shows[where].any():
-            return False
-    (_, columns), _ = pixels_of(volume, scene.camera, size, box)
-    return columns.stop > columns.start
+    if shows is None:
+        return on_screen
+    statistics = volume.levels[0].statistics
+    assert statistics is not None
+    reach, chunk = np.ceil(beyond[::-1]).astype(int).tolist(), statistics.chunk_shape
+
+    def chunks(region: Region) -> tuple[slice, ...]:
+        ends = zip(region.first[::-1], region.last[::-1], chunk, reach, strict=True)
+        return tuple(slice(max(a - more, 0) // n, -(-(b + more) // n)) for a, b, n, more in ends)
+
+    return [region for region in on_screen if shows[chunks(region)].any()]
 
 
 def shown_box(
@@ -229,10 +232,10 @@ def _spread(shows: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return padded[1:-1, 1:-1, 1:-1]
 
 
-def _is_cut_away(scene: CompleteScene, volume: LargeVolume, box: Box) -> bool:
+def _are_cut_away(scene: CompleteScene, volume: LargeVolume, boxes: Box) -> NDArray[np.bool_]:
+    """Return which boxes, in fractions of the volume's, shape (n, 2, 3), clip planes and crop leave nothing of."""
     normals, distances = scene.cutting.half_spaces(volume)
-    if not len(normals):
-        return False
     bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
-    corners = (np.take_along_axis(box, bits, axis=0) - 0.5) @ volume.box_edges.T
-    return bool(((normals @ corners.T).max(axis=1) < distances).any())
+    corners = (boxes[:, bits, np.arange(3)] - 0.5) @ volume.box_edges.T
+    cut_away: NDArray[np.bool_] = ((corners @ normals.T).max(axis=1) < distances).any(axis=1)
+    return cut_away
