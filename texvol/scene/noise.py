@@ -23,8 +23,8 @@ def noise_of(volume: Volume) -> float:
     values = _middle(volume)
     if values.size < _FEWEST or min(values.shape) < 3:
         return 0.0
-    largest = max(float(np.abs(values).max()), 1e-300)
-    scaled = (values / largest).astype(np.float32)
+    largest = max(float(values.max()), -float(values.min()), 1e-300)
+    scaled = np.divide(values, largest, out=np.empty(values.shape, np.float32), casting="same_kind")
     variance = float(scaled.var(dtype=np.float64))
     if not variance > 0:
         return 0.0
@@ -53,6 +53,6 @@ def _middle(volume: Volume) -> NDArray[np.float64]:
 
 def _semivariance(values: NDArray[np.float32], axis: int, apart: int) -> float:
     """Return half the mean squared difference of values so many samples apart."""
-    count = values.shape[axis]
-    ahead, behind = (values.take(range(first, first + count - apart), axis=axis) for first in (apart, 0))
-    return float(np.square(ahead - behind).mean(dtype=np.float64)) / 2
+    along = np.moveaxis(values, axis, 0)
+    difference = np.moveaxis(along[apart:] - along[:-apart], 0, axis)
+    return float(np.square(difference, out=difference).mean(dtype=np.float64)) / 2
