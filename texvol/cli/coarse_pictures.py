@@ -40,6 +40,6 @@ def show_coarse_pictures(
         shown = export.of(stage.picture, scene, arguments.output)
         metadata = renderer.attributes | {"texvol:stage": stage.sentence}
         transparent = scene_options.transparent
-        content = image.encoded(arguments.output, shown, metadata, transparent=transparent)
+        content = image.encoded(arguments.output, shown, metadata, transparent=transparent, quick=True)
         writing.write_files({arguments.output: content})
         say(f"{arguments.output}: {stage.sentence}")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -24,10 +25,11 @@ from texvol.options import reading as reading_options
 from texvol.options import scene_options as options
 from texvol.output import sequences
 from texvol.output.export import PictureExport, is_exact
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Scene
 from texvol.slicing.slabs import SLICINGS
 from texvol.util import progress, writing
-from texvol.util.errors import InputError
+from texvol.util.errors import InputError, TexvolError
 from texvol.util.terminal import done, say, shows_progress, stage, status_line
 
 if TYPE_CHECKING:
@@ -167,13 +169,15 @@ def run(arguments: argparse.Namespace) -> None:
     start = time.perf_counter()
     _check(arguments, options.SceneOptions(arguments))
     arguments, scene_options, volume, series = first_choice.opened_with(_opened, arguments, tells_step=True)
+    volume.expect_picture()
+    if isinstance(volume, LargeVolume):
+        threading.Thread(target=_load_what_draws, args=(arguments,)).start()
     load_seconds = time.perf_counter() - start
     export = PictureExport(scene_options, scene_options.annotation)
     scene = _scene(arguments, scene_options, volume, series, export)
     if arguments.plan:
         say(planned(scene, scene_options.size, _accuracy(arguments)))
         return
-    volume.expect_overview()
     is_single, picture, depth, sequence_stats = series is None and courses.is_single(arguments), None, None, {}
     with _renderer(arguments, is_single) as renderer:
         if is_single:
@@ -212,6 +216,18 @@ def _opened(
         return arguments, scene_options, scene_options.load(), None
     series = scene_options.series()
     return arguments, scene_options, scene_options.placed(series[0]), series
+
+
+def _load_what_draws(arguments: argparse.Namespace) -> None:
+    """Load what draws and writes pictures, while the samples that the view depends on are on their way."""
+    import OpenImageIO  # noqa: F401
+
+    import texvol.rendering.renderer  # noqa: F401
+    from texvol.opengl.contexts import open_context
+
+    if arguments.backend in ("auto", "egl") and arguments.workers is None and arguments.dask is None:
+        with suppress(TexvolError):  # the next context takes an eighth of the time of the first
+            open_context("egl", arguments.device).release()
 
 
 @contextmanager

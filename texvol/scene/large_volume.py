@@ -269,12 +269,17 @@ class LargeVolume(Volume):
         coming, self._coming = self._coming, None
         return self.part(number, first, last) if coming is None else self.placed(number, first, coming.result())
 
-    def expect_overview(self) -> None:
-        """Begin to read `overview` in the background, if the source can: a distant one takes its time."""
+    def expect_picture(self) -> None:
+        """Begin to read what every picture asks for in the background, if the source can: a distant one takes its time.
+
+        That is `overview`, and then the finest level's statistics, of which the longer way is that of the overview.
+        """
         number, first, last = self._looked_at
         begin = getattr(self.levels[number].source, "begin", None)
-        if begin is not None and "overview" not in vars(self):
+        if begin is not None and self._coming is None and "overview" not in vars(self):
             self._coming = begin(_box_of(first, last))
+        if (begin := getattr(self.levels[0].statistics, "begin", None)) is not None:
+            begin()
 
     @property
     def _looked_at(self) -> tuple[int, Triple, Triple]:

@@ -219,8 +219,8 @@ class Volume(KeepsArrays, Interchanged):
         """Volume in memory in whose values one looks for what is there: itself, or a coarser one of a `LargeVolume`."""
         return self
 
-    def expect_overview(self) -> None:
-        """Say that `overview` will be asked for."""
+    def expect_picture(self) -> None:
+        """Say that a picture will be asked for."""
 
     @cached_property
     def world_from_index(self) -> NDArray[np.float64]:

@@ -70,8 +70,11 @@ def _series(store: Store, ome: dict[str, Any]) -> list[tuple[str, str]]:
 
 def label_names(store: Store, group: str) -> list[str]:
     """Return the names of the labels that belong to the image of a group, by which they lie in its group `labels`."""
-    store.look_up([joined(group, f"labels/{each}") for each in METADATA])
-    names = ome_attributes(store.attributes(joined(group, "labels")) or {}).get("labels")
+    labels = joined(group, "labels")
+    if store.json(joined(group, "zarr.json")) is not None and store.json(joined(labels, "zarr.json")) is None:
+        return []  # a hierarchy is of one version
+    store.look_up([joined(labels, each) for each in METADATA])
+    names = ome_attributes(store.attributes(labels) or {}).get("labels")
     return [each for each in names if isinstance(each, str)] if isinstance(names, list) else []
 
 

@@ -26,7 +26,7 @@ ARRAYS = ("minimum", "maximum", "variance", "lowest_around", "highest_around")
 
 
 class StoredStatistics(ChunkStatistics):
-    """Statistics of a level that are read when they are first asked for, or when they are told to `begin`.
+    """Statistics of a level that are read when they are first asked for, or are to `begin`.
 
     A picture asks for those of few levels, and each array is a file of its own.
 
@@ -48,27 +48,37 @@ class StoredStatistics(ChunkStatistics):
     _place: str
     _layout: Layout
     _chunk: list[int]
+    _opened: list[Any]  # arrays, when they have been opened
     _coming: dict[str, Any]  # futures of the arrays, by their names
     _lock: threading.Lock
 
     def __init__(self, store: Store, name: str, place: str, layout: Layout, chunk: list[int]) -> None:
         self.__dict__ |= {"chunk_shape": layout.spatial(chunk), "_store": store, "_name": name, "_place": place}
-        self.__dict__ |= {"_layout": layout, "_chunk": chunk, "_coming": {}, "_lock": threading.Lock()}
+        self.__dict__ |= {"_layout": layout, "_chunk": chunk, "_opened": [], "_coming": {}, "_lock": threading.Lock()}
+
+    def open(self) -> None:
+        """Open all arrays; raise FileFault if they do not fit the level."""
+        with self._lock:
+            if not self._opened:
+                opened = self._store.open_arrays([joined(self._place, each) for each in ARRAYS])
+                self._opened += _checked(opened, self._place, self._layout, self._chunk)
 
     def begin(self) -> None:
-        """Begin to read all arrays in the background; raise FileFault if they do not fit the level."""
+        """Begin to read all arrays in the background; raise InputError if they do not fit the level."""
+        try:
+            self.open()
+        except FileFault as fault:
+            raise InputError(f"{self._name}: {fault}") from None
         with self._lock:
-            if self._coming:
-                return
-            opened = self._store.open_arrays([joined(self._place, each) for each in ARRAYS])
-            self._coming |= dict(zip(ARRAYS, _started(opened, self._place, self._layout, self._chunk), strict=True))
+            if not self._coming:
+                self._coming |= {name: each.read(order="C") for name, each in zip(ARRAYS, self._opened, strict=True)}
 
     def __getattr__(self, name: str) -> Any:
         """Return an array that has not been asked for before; raise InputError if it cannot be read."""
         if name not in ARRAYS:
             raise AttributeError(name)
+        self.begin()
         try:
-            self.begin()
             found = waited(self._coming[name], f"its {self._place}: ")
         except FileFault as fault:
             raise InputError(f"{self._name}: {fault}") from None
@@ -84,8 +94,8 @@ def statistics_of(
 ) -> tuple[list[ChunkStatistics | None], tuple[str, ...]]:
     """Return the statistics of the arrays `keys` of an image's group, None for an array without, and notes.
 
-    Statistics that are of other chunks, another shape or another type than the array are left out, with a note. Those
-    of the first array begin to be read. `name` is that of the store in messages.
+    Statistics that are of other chunks, another shape or another type than the array are left out, with a note. `name`
+    is that of the store in messages.
 
     Raises
     ------
@@ -107,7 +117,7 @@ def statistics_of(
         chunk = [min(pair) for pair in zip(told["chunk_shape"], layout.sizes, strict=True)]
         found.append(StoredStatistics(store, name, place, layout, chunk))
     if found and isinstance(found[0], StoredStatistics):
-        found[0].begin()
+        found[0].open()
     return found, tuple(notes)
 
 
@@ -145,8 +155,8 @@ def _by(numbers: Any) -> str:
     return " x ".join(map(str, numbers)) if isinstance(numbers, list | tuple) else repr(numbers)
 
 
-def _started(opened: list[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
-    """Begin to read the statistics of one level from its opened arrays; return their futures."""
+def _checked(opened: list[Any], place: str, layout: Layout, chunk: list[int]) -> list[Any]:
+    """Return the part that a level has of its opened arrays; raise FileFault if they do not fit it."""
     counts = tuple(-(-size // each) for size, each in zip(layout.sizes, chunk, strict=True))
     chosen = tuple(slice(None) if at is None else at // each for at, each in zip(layout.index, chunk, strict=True))
     for name, each in zip(ARRAYS, opened, strict=True):
@@ -154,7 +164,7 @@ def _started(opened: list[Any], place: str, layout: Layout, chunk: list[int]) ->
             raise FileFault(f"its {place}/{name} must have shape {counts}, one number for each chunk, got {each.shape}")
         if each.dtype.name != "float64":
             raise FileFault(f"its {place}/{name} must be float64, got {each.dtype.name}")
-    return [each[chosen].read(order="C") for each in opened]
+    return [each[chosen] for each in opened]
 
 
 def _is_count(thing: object) -> bool:

@@ -27,6 +27,7 @@ _MOST_CHANNELS = 10_000
 def read(path: str, choice: Choice) -> Samples:
     """Return the levels of the chosen image, channel and time; no samples are read but a few for checks."""
     store = once(choice, "store", lambda: Store(path))
+    store.look_up(["zarr.json", "labels/zarr.json"])  # in one round trip
     if choice.variable is not None or store.version(""):
         key = (choice.variable or "").strip("/")
         if not store.version(key):

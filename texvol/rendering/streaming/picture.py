@@ -132,8 +132,8 @@ class StreamedPictures:
         regions = regions_of_level(volume, settings.level)
         order, self.drawn = picture.in_order(regions)
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
-        numbers = range(len(volume.levels))
-        cache.need([picture.needed(number) for number in numbers])
+        drawn = {picture.level(each) for each in order}
+        cache.need([picture.needed(number) if number in drawn else None for number in range(len(volume.levels))])
         bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
         screen = Screen(picture.scene, size, drawing.least_transmittance)
