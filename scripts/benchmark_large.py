@@ -254,6 +254,7 @@ def main() -> None:
     chosen = arguments.only.split(",")
     if unknown := set(chosen) - SECTIONS.keys():
         parser.error(f"there is no section {', '.join(unknown)}; there are {', '.join(SECTIONS)}")
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # modules are compiled once, as where they are installed
     arguments.folder.mkdir(parents=True, exist_ok=True)
     room = shutil.disk_usage(arguments.folder).free
     if room < 0.5 * arguments.samples**3 and not (arguments.folder / f"made-{arguments.samples}.ome.zarr").exists():
