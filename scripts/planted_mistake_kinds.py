@@ -49,8 +49,8 @@ OF_KINDS = (
         "test_box_blocks.py -k 'cropped'",
     ),
     Mistake(
-        *("rendering", "visibility:region_shows"),
-        *("if not shows[where].any():", "if not shows[where].all():"),
+        *("rendering", "visibility:regions_that_show"),
+        *("shows[chunks(region)].any()", "shows[chunks(region)].all()"),
         "regions are left out where a single chunk of them is empty",
         "test_pictures_in_parts.py",
     ),
