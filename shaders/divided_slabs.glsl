@@ -1,15 +1,15 @@
 // Slabs of a run, each as thick as its own medium allows: nearly transparent ones are sampled in their middles, two at a
 // time, and others in the middles of their thirds, of which the slab's middle is one. What is between shows both, mixed
-// by the optical depth of the sample in the middle, so that no rounding turns one picture into another.
+// by the extinction in the middle, so that no rounding turns one picture into another.
 //
-// Whether a slab is divided depends on nothing but its own middle: bricks, blocks and leaps change no picture.
+// Whether a slab is divided depends on nothing but its own middle: bricks, blocks and leaps change no picture. It is the
+// same at each thickness: so the error is of order 2, and halved slabs tell it.
 //
 // Switches: those of sampled_slabs.glsl, of CLASSIFICATION 2 and AT_ONCE 2.
 
 #include "sampled_slabs.glsl"
 
-const float LEAST_DIVIDED = 1.0 / 64.0;  // optical depth of a slab from which on its thirds begin to count
-const float ALL_DIVIDED = 1.0 / 32.0;    // and from which on only they do
+flat uniform float least_divided;  // optical depth of a slab from which on its thirds count; from twice that only they
 
 // A slab that is to be divided.
 struct Divided {
@@ -26,7 +26,7 @@ vec4 path_color(vec4 medium, float length, float depth) {
 
 // Share of the thirds of a slab in its colour.
 float share_of_thirds(vec4 medium, float length) {
-    return clamp((medium.a * length - LEAST_DIVIDED) / (ALL_DIVIDED - LEAST_DIVIDED), 0.0, 1.0);
+    return clamp(medium.a * length / least_divided - 1.0, 0.0, 1.0);
 }
 
 // `color` over the thirds of a slab, of which the colours in front of and behind its middle are known.

@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -94,7 +95,7 @@ class Remembered:
 
     def __init__(self, renderer: Renderer) -> None:
         self._renderer = renderer
-        self._pictures: dict[tuple[str, tuple[int, int], float], np.ndarray] = {}
+        self._pictures: dict[tuple[str, tuple[int, int], float, str | None], np.ndarray] = {}
         self.pixels_of_slabs = 0.0
 
     def __call__(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
@@ -103,11 +104,16 @@ class Remembered:
         if settings.regions is not None:  # all of it is drawn here, and only they count
             pixels = sum(width * height for _, _, width, height in settings.regions)
         self.pixels_of_slabs += pixels * scene.smallest_spacing / thickness
-        key = scene.classification, size, thickness
+        key = scene.classification, size, thickness, settings.adaptive
         if key not in self._pictures:
-            exact = {"slab_thickness": thickness, "texture_format": "rgba32f", "early_termination": 0.0}
-            self._pictures[key] = np.asarray(self._renderer.render(scene, size, **exact))
+            exact = replace(settings, texture_format="rgba32f", early_termination=0.0, regions=None)
+            with self._renderer._context:  # no argument of `render` divides the same slabs at each thickness
+                self._pictures[key] = self._renderer._draw(scene, size, exact)
         return self._pictures[key]
+
+    def exactly(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
+        """Draw a reference."""
+        return self(scene, size, settings.exact)
 
 
 _ROUNDED_NOWHERE = SimpleNamespace(rounding=lambda scene: 0.0)
@@ -115,12 +121,12 @@ _ROUNDED_NOWHERE = SimpleNamespace(rounding=lambda scene: 0.0)
 
 def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> Choice:
     """Return the choice for a wanted error of a picture of a size."""
-    settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True)
+    settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True, adaptive="auto")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
-        return ErrorSearch(draw, draw, lambda scene: _ROUNDED_NOWHERE).choose(
-            scene.completed(size), size, settings, wanted
-        )
+        search = ErrorSearch(draw, draw.exactly, lambda scene: _ROUNDED_NOWHERE)
+        choice, _ = search.choose(scene.completed(size), size, settings, wanted)
+        return choice
 
 
 def excess(

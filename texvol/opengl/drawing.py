@@ -91,7 +91,7 @@ class Drawing:
     # Depths at which the drawn part of each ray begins and ends, by the names of their samplers; empty for whole rays.
     interval: dict[str, AnyTexture] = field(default_factory=dict)
     slicing: str = "stacks"
-    divides: bool = False  # True if slabs are divided where they are not nearly transparent, see divided_slabs.glsl
+    least_divided: float | None = None  # optical depth from which on slabs are divided, see divided_slabs.glsl
     # Low and high corner of what is drawn, in fractions of the first volume's box, shape (2, 3): slabs whose middles
     # lie there. None for everything.
     block: NDArray[np.float64] | None = None

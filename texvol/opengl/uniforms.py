@@ -74,8 +74,9 @@ def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     else:
         obliquity = view.camera.largest_obliquity(view.size)
         texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)
-        at_once = 2 if drawing.divides else _slabs_at_once(drawing, texels)
-        texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": at_once, "DIVIDES": int(drawing.divides)}
+        divides = drawing.least_divided is not None
+        at_once = 2 if divides else _slabs_at_once(drawing, texels)
+        texels |= {"CAPS": int(drawing.cutting.caps), "AT_ONCE": at_once, "DIVIDES": int(divides)}
     cut = {"BRICKS": int(drawing.is_cut(brick))}
     return texels | volume_switches(drawn, brick) | cut | picture_switches(drawing)
 
@@ -134,6 +135,8 @@ def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"
         return drawing.projection.uniforms(drawn.baked) | (drawn.bounds.uniforms if drawn.bounds else {})
     scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
+    if drawing.least_divided is not None:
+        scales["least_divided"] = drawing.least_divided
     return scales | drawn.baked.uniforms(drawing.view.slab_thickness)
 
 

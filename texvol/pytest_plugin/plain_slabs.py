@@ -38,7 +38,7 @@ _RAYS_AT_ONCE = 1 << 14
 _WEIGHT_STEPS = 256  # weights of a graphics card between two samples
 _PARTS = 4  # of half a slab, for the integral of `integrated`
 _DEEPEST_SLAB = 2.0  # optical depth of a slab of texels of `slab`
-_LEAST_DIVIDED, _ALL_DIVIDED = 1 / 64, 1 / 32  # optical depths between which thirds of a slab come in its place
+_LEAST_DIVIDED = 1 / 32  # optical depth of a path as long as the spacing, from which on slabs are divided
 
 
 @dataclass(frozen=True)
@@ -94,9 +94,10 @@ def pictures_of_slabs(
     ]
     count = size[0] * size[1]
     parts = [slice(start, start + _RAYS_AT_ONCE) for start in range(0, count, _RAYS_AT_ONCE)]
+    least_divided = _LEAST_DIVIDED * slab_thickness / scene.smallest_spacing if divides else np.inf
     drawn = []
     for steps in (0, _WEIGHT_STEPS):
-        composited = partial(_composited, volumes, steps=steps, divides=divides)
+        composited = partial(_composited, volumes, steps=steps, least_divided=least_divided)
         pieces = in_threads(composited, parts)
         picture = np.concatenate(pieces).reshape(size[1], size[0], 4)
         picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(scene.background)
@@ -216,8 +217,11 @@ def _rounded(texels: Numbers, texel_format: str) -> Numbers:
     return (texels / scale).astype(np.float16) * scale if texel_format == "rgba16f" else texels
 
 
-def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int, divides: bool) -> Numbers:
-    """Return premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back."""
+def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int, least_divided: float) -> Numbers:
+    """Return premultiplied colour and opacity (n, 4) of some of the rays, slab by slab, front to back.
+
+    Slabs of at least an optical depth are divided.
+    """
     all_rays = [rays.part(part) for rays, _ in volumes]
     color = np.zeros((len(all_rays[0].enters), 4))
     count = 2 * _PARTS if any(field.halves for _, field in volumes) else 1
@@ -229,8 +233,8 @@ def _composited(volumes: Sequence[tuple[_Rays, _Field]], part: slice, steps: int
                 if inside.size:
                     amounts[:, inside] += field.parts(count, rays.part(inside), front[inside], back[inside], steps)
             slab_color = _over(map(_slab_color, amounts)) if amounts.any() else np.zeros(color.shape)
-            if divides and inside.size:
-                share = np.clip((amounts[0, inside, 3:] - _LEAST_DIVIDED) / (_ALL_DIVIDED - _LEAST_DIVIDED), 0, 1)
+            if least_divided < np.inf and inside.size:
+                share = np.clip(amounts[0, inside, 3:] / least_divided - 1, 0, 1)
                 thirds = field.thirds(rays.part(inside), front[inside], back[inside], steps)
                 slab_color[inside] += share * (_over(map(_slab_color, thirds)) - slab_color[inside])
             color += (1 - color[:, 3:]) * slab_color

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -134,6 +134,32 @@ def thickness_for_error(
         Called with each rate that is not fine enough, and its error relative to `wanted`.
     """
     begin = begin or Begin()
+
+    def reference_at(rate: float) -> NDArray[np.float32]:
+        return draw_reference(smallest_spacing / rate)
+
+    held: Held
+    if converges_alone:
+        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
+    else:
+        held = _HeldAgainstItsFiner(reference_at, rounding, relative)
+    return coarsest(draw, held, smallest_spacing, wanted, begin, finest=finest, told=told)
+
+
+def coarsest(
+    draw: Draw,
+    held: Held,
+    smallest_spacing: float,
+    wanted: float,
+    begin: Begin,
+    *,
+    finest: float = FINEST_RATE,
+    told: Callable[[float, float], None] = lambda rate, excess: None,
+) -> Choice:
+    """Find the coarsest slab thickness whose error is at most `wanted`, held against something.
+
+    Arguments as for `thickness_for_error`.
+    """
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: the search for coarser slabs meets some again
 
     def at(rate: float) -> NDArray[np.float32]:
@@ -141,14 +167,6 @@ def thickness_for_error(
             drawn[rate] = draw(smallest_spacing / rate)
         return drawn[rate]
 
-    def reference_at(rate: float) -> NDArray[np.float32]:
-        return draw_reference(smallest_spacing / rate)
-
-    held: _HeldAgainstItsFiner | _HeldAgainstAnother
-    if converges_alone:
-        held = _HeldAgainstAnother(reference_at, wanted, begin, 2 * finest, rounding)
-    else:
-        held = _HeldAgainstItsFiner(reference_at, rounding, relative)
     rate = max(begin.rate, 1.0)  # with thicker slabs, samples could lie between two of them
     while (error := held.error(at(rate), rate)) > wanted and rate < finest:
         told(rate, error / wanted)
@@ -172,6 +190,40 @@ def thickness_for_error(
 def _fewest_halvings(error: float, wanted: float) -> int:
     """Least number of halvings: each leaves a quarter of the error at order 2, hardly ever less."""
     return max(int(np.log2(error / wanted) / 2), 1) if np.isfinite(error) and wanted > 0 else 1
+
+
+class Held(Protocol):
+    """Estimates of errors, against something that is finer."""
+
+    own_error: float  # of what is finer, as part of an estimate
+    rate: float  # of what is finer
+
+    def error(self, picture: NDArray[np.float32], rate: float) -> float:
+        """Return the estimate for a picture at any rate."""
+
+    def error_of_coarser(self, picture: NDArray[np.float32], rate: float) -> float:
+        """Return the estimate for a picture that is coarser than the last one."""
+
+
+@dataclass
+class HeldAgainstKnown:
+    """Estimate from a picture whose own error is known."""
+
+    picture: NDArray[np.float32]
+    rate: float
+    own_error: float
+
+    def errors(self, picture: NDArray[np.float32]) -> NDArray[np.float64]:
+        """Return the estimate in each pixel."""
+        with np.errstate(invalid="ignore"):
+            off = np.where(picture == self.picture, 0.0, np.abs(picture.astype(np.float64) - self.picture))
+        return np.asarray(off.max(axis=-1) + self.own_error)
+
+    def error(self, picture: NDArray[np.float32], rate: float) -> float:
+        """Return the estimate for a picture at any rate."""
+        return float(self.errors(picture).max())
+
+    error_of_coarser = error
 
 
 class _HeldAgainstItsFiner:

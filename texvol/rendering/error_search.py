@@ -26,11 +26,12 @@ from texvol.rendering import forecast
 from texvol.rendering.error_control import (
     FINEST_RATE,
     ORDER,
-    SAFETY,
     Begin,
     Choice,
     DrawScene,
+    HeldAgainstKnown,
     Size,
+    coarsest,
     converging,
     finest_rate,
     rounding_in,
@@ -56,6 +57,7 @@ _LONELY = 1 / 40  # of the values: a transfer function that changes within less 
 _MARGIN = 1.25  # of the error of few pixels, which miss the largest one: the pictures of all pixels find that
 _FEW = 8  # times fewer pixels along each side of a small picture, but
 _LEAST_FEW = 48  # are as many at least
+_REFERENCE_TILE = 4  # pixels along each side of the tiles of a small reference
 _MOST_TERMINATION = 1 / 8  # of the limit: no difference of two pictures shows where rays end
 Notes = dict[float, tuple[dict[str, float], int]]  # seconds of pictures by step, and bricks, by thickness
 
@@ -95,19 +97,22 @@ class ErrorSearch:
             self._last = scene, asked, replace(found, estimated_error=2 * found.estimated_error, begin=begin)
         return self._last[2]
 
-    def choose(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the picture of coarse slabs that keep the error.
+    def choose(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> tuple[Choice, Settings]:
+        """Return the picture of coarse slabs that keep the error, and its settings.
 
         Warns
         -----
         AccuracyWarning
             If the error cannot be reached.
         """
-        choice = None
+        choice, whole = None, replace(settings, adaptive=None if settings.adaptive == "auto" else settings.adaptive)
         if may_refine_tiles(scene, size, settings, wanted):
+            divided = _divided(scene, settings)
             with suppress(NoRoomError):  # thicker slabs need more margin around a brick
-                choice = self._extrapolated(scene, size, settings, wanted)
-        choice = choice or self._held_against_reference(scene, size, settings, wanted)
+                choice = self._extrapolated(scene, size, divided, wanted)
+                settings = divided
+        if choice is None:
+            choice, settings = self._held_against_reference(scene, size, whole, wanted), whole
         if not choice.reached:
             warnings.warn(
                 f"requested error of {wanted:g} not reached: {upward(choice.estimated_error)} by estimate, "
@@ -115,7 +120,7 @@ class ErrorSearch:
                 AccuracyWarning,
                 stacklevel=4,
             )
-        return choice
+        return choice, replace(settings, slab_thickness=choice.slab_thickness)
 
     def _extrapolated(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
         """Return the choice by few pixels of a reference and all pixels of coarser pictures.
@@ -125,16 +130,15 @@ class ErrorSearch:
         tiles, lonely = Tiles(size, fewer(size)), _has_lonely_errors(scene)
         with self._foreseeing(scene, size):
             few, of_few = self._by_few(scene, tiles.count, settings, wanted / _MARGIN)
-        rate = few.begin.rate
-        if rate < 1:
-            return self._held_against_reference(scene, size, settings, wanted, few.begin)
+        if few.rate < 1:
+            return self._held_against_reference(scene, size, settings, wanted, few)
         return refined(
             lambda thickness, regions: self._draw(
                 scene, size, replace(settings, slab_thickness=thickness, regions=regions)
             ),
             tiles,
             scene.smallest_spacing,
-            few.begin,
+            few,
             wanted,
             lambda picture: (
                 self._pictures_of(scene).rounding(scene) + rounding_in(picture) + settings.early_termination
@@ -160,25 +164,45 @@ class ErrorSearch:
 
     def _by_few(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
-    ) -> tuple[Choice, Callable[[float], NDArray[np.float64]]]:
-        """Return the choice for a small picture, and a function that returns the error of its pixels at a rate."""
-        last: list[tuple[float, NDArray[np.float32]]] = []  # reference that was drawn last, by its rate
+    ) -> tuple[Begin, Callable[[float], NDArray[np.float64]]]:
+        """Return the rates that a small picture needs, and a function that returns the error of its pixels at a rate.
 
-        def kept(rate: float, picture: NDArray[np.float32]) -> None:
-            last[:] = [(rate, picture)]
+        Rates that are finer than it needs have at most its error.
+        """
+        spacing, finest, pictures = scene.smallest_spacing, finest_rate(scene), {}
+        reference = self._reference(scene, size, settings, wanted / 2)
+        rounding = rounding_in(reference.picture) + self._pictures_of(scene).rounding(scene)
+        held = HeldAgainstKnown(reference.picture, reference.begin.rate, reference.estimated_error + rounding)
 
-        few = self._search(scene, size, settings, wanted, kept=kept)
-        (finest, reference), alone = last[0], converging(scene) is not scene
+        def drawn(thickness: float) -> NDArray[np.float32]:
+            pictures[spacing / thickness] = self._draw(scene, size, replace(settings, slab_thickness=thickness))
+            return pictures[spacing / thickness]
 
         def error(rate: float) -> NDArray[np.float64]:
-            thinner = replace(settings, slab_thickness=scene.smallest_spacing / rate)
-            picture = self._draw(scene, size, thinner) if rate != few.begin.rate else few.picture
-            off = np.abs(picture.astype(np.float64) - reference).max(axis=-1)
-            halvings = max(float(np.log2(finest / rate)), 1.0)
-            return off * (1.0 if alone else SAFETY / (1 - 2.0 ** (-ORDER * halvings)))
+            rate = min(rate, begin.rate)
+            return held.errors(pictures[rate] if rate in pictures else drawn(spacing / rate))
 
-        own = max(few.estimated_error - float(error(few.begin.rate).max()), 0.0)
-        return few, lambda rate: error(rate) + own
+        begin = coarsest(drawn, held, spacing, wanted, Begin(), finest=finest).begin
+        return begin, error
+
+    def _reference(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
+        """Return a small picture that is refined where its own error is more than `wanted`."""
+        reference, lonely = converging(scene), _has_lonely_errors(scene)
+        width, height = size
+        return refined(
+            lambda thickness, regions: self._draw_exactly(
+                reference, size, replace(settings, slab_thickness=thickness, regions=regions)
+            ),
+            Tiles(size, (-(-width // _REFERENCE_TILE), -(-height // _REFERENCE_TILE))),
+            scene.smallest_spacing,
+            Begin(),
+            wanted,
+            lambda picture: 0.0,
+            lambda rate: np.zeros(()),
+            ORDER if lonely else _MOST_ORDER[reference.classification],
+            2 * finest_rate(scene),
+            LONELY if lonely else 0.0,
+        )
 
     def _held_against_reference(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float, begin: Begin | None = None
@@ -197,14 +221,11 @@ class ErrorSearch:
         settings: Settings,
         wanted: float,
         begin: Begin | None = None,
-        kept: Callable[[float, NDArray[np.float32]], None] = lambda rate, picture: None,
     ) -> Choice:
         reference, spacing = converging(scene), scene.smallest_spacing
 
         def draw_reference(thickness: float) -> NDArray[np.float32]:
-            picture = self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness))
-            kept(spacing / thickness, picture)
-            return picture
+            return self._draw_exactly(reference, size, replace(settings, slab_thickness=thickness))
 
         def told(rate: float, excess: float) -> None:
             finer = min(rate * excess ** (1 / _USUAL_ORDER), FINEST_RATE)
@@ -222,6 +243,14 @@ class ErrorSearch:
             relative=rounding_of(scene),
             told=told,
         )
+
+
+def _divided(scene: CompleteScene, settings: Settings) -> Settings:
+    """Return the settings of tiles."""
+    if settings.adaptive != "auto":
+        return settings
+    gains = scene.lighting is not None and converging(scene) is not scene
+    return replace(settings, adaptive="on" if gains else None)
 
 
 def may_refine_tiles(scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> bool:

@@ -202,7 +202,7 @@ class Renderer(LastPicture):
             scene, self.chosen = self._chooser.settled(scene, size, settings, asked, views)
         pictures, complete, asked = self._pictures_of(scene), scene.completed(size), asked.settled(self.chosen)
         checked_slicing(slicing, complete, self._compositor.pipeline)
-        settings = replace(settings, adaptive=checked_adaptive(adaptive, complete, settings, any(rates)))
+        settings = replace(settings, adaptive=checked_adaptive(adaptive, complete, settings, any(rates[:2])))
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
         self._stats, self._notes, self._estimates, self._check = {}, {}, Estimates(), None
@@ -212,8 +212,9 @@ class Renderer(LastPicture):
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
             nodes = nodes_for_error(self._exactly, complete, size, settings, asked_nodes, error)
             settings = replace(settings, shadow_nodes=nodes.number)
-            settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
-            if error is not None:
+            if error is None:
+                settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
+            else:
                 choice, settings = self._chosen(complete, size, settings, nodes, interpolation)
                 picture = choice.picture
                 self._by_tiles = (error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
@@ -334,11 +335,11 @@ class Renderer(LastPicture):
             # Rounding of texels would be hidden in the differences between pictures that the choice depends on.
             settings = replace(settings, texture_format="rgba32f")
         settings, left = self._interpolated(scene, size, settings, nodes.left or 0.0, interpolation)
-        choice = self._error_search.choose(scene, size, settings, left - of_levels)
+        choice, settings = self._error_search.choose(scene, size, settings, left - of_levels)
         total = choice.estimated_error + of_levels + (nodes.error or 0.0)
         self._estimates = Estimates(error=total, of_shadows=nodes.error)
         self._watch.seconds, self._pictures_of(scene).bricks_drawn = of_passes(self._notes, choice)
-        return choice, replace(settings, slab_thickness=choice.slab_thickness)
+        return choice, settings
 
     def _exactly(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:
         """Draw a reference, see `Settings.exact`, interpolated by the shader where the driver's weights are coarse."""

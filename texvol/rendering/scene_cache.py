@@ -72,7 +72,7 @@ class SceneCache:
             depth_cue=scenes[0].depth_cue if not projection or projection.lighting else None,
             projection=projection,
             slicing=settings.slicing,
-            divides=settings.adaptive == "on" and scenes[0].classification == "post" and not projection,
+            least_divided=settings.least_divided(scene),
         )
 
     def surfaces(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Surfaces | None:

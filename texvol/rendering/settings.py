@@ -19,6 +19,7 @@ from texvol.util.numbers import AnyNumber, checked_number
 from texvol.util.suggestions import check_one_of
 
 ADAPTIVE = ("auto", "on", "off")  # whether slabs are divided where they are not nearly transparent
+_LEAST_DIVIDED = 1 / 32  # optical depth of a path as long as the spacing, from which on slabs are divided
 PARTS = 3  # of a slab that is divided, as in shaders/divided_slabs.glsl
 INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
@@ -53,6 +54,12 @@ class Settings:
         """Thickness of the thinnest slabs, or parts of slabs, world units."""
         return self.slab_thickness / (PARTS if self.adaptive == "on" else 1)
 
+    def least_divided(self, scene: Scene) -> float | None:
+        """Optical depth from which on slabs are divided: the same ones at each thickness; None if none are."""
+        if self.adaptive != "on" or (scene.mode, scene.classification) != ("composite", "post"):
+            return None
+        return _LEAST_DIVIDED * self.slab_thickness / scene.smallest_spacing
+
     @property
     def exact(self) -> Settings:
         """Settings of a reference: float32 throughout, no ray ended early, no slab drawn whole that the box cuts short.
@@ -72,7 +79,7 @@ def arguments_of(settings: Settings, max_error: float | None = None) -> dict[str
     found = {name: value for name, value in vars(settings).items() if value is not None}
     if max_error is not None:  # one thickness would draw another picture
         del found["slab_thickness"]
-        found["max_error"] = max_error
+        found |= {"max_error": max_error, "adaptive": settings.adaptive or "off"}
     return found
 
 
@@ -164,7 +171,6 @@ def checked_adaptive(adaptive: str, scene: CompleteScene, settings: Settings, de
         "colours of samples": scene.volume.colors is not None,
         "a volume in a store": isinstance(scene.volume, LargeVolume),
         f"slicing {settings.slicing}": settings.slicing != "stacks",
-        "a maximum error, which has tiles of its own": bool(np.isnan(settings.slab_thickness)),
     }
     found = [name for name, is_there in beyond.items() if is_there]
     if adaptive == "on" and found:
