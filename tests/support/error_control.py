@@ -3,9 +3,9 @@
     python scripts/error_control.py [--scenes N] [--data FOLDER] [--seed S] [--side PIXELS]
 
 Scenes: noise at several scales on grids of 12 to 48 samples, and crops of the real volumes in FOLDER where it is given;
-random transfer functions (smooth, steep, with steps and spikes), cameras and classifications. For each wanted error: in
-how many scenes the true error is within it, how many halvings finer than necessary the slabs were, how many estimates
-are less than the true error, and how many slabs the search drew in all per slab of the picture that it chose.
+random transfer functions (smooth, steep, with steps and spikes), cameras, light and classifications. For each wanted
+error: in how many scenes the true error is within it, how many halvings finer than necessary the slabs were, how many
+estimates are less than the true error, and how many slabs the search drew in all per slab of the picture that it chose.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import argparse
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 from typing import NamedTuple
@@ -27,6 +28,7 @@ from texvol.rendering.error_search import ErrorSearch
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.settings import Settings
 from texvol.scene.camera import Camera
+from texvol.scene.lighting import Light, Lighting
 from texvol.scene.scene import CLASSIFICATIONS, CompleteScene, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
@@ -80,6 +82,15 @@ def camera(random: np.random.Generator, volume: Volume) -> Camera:
     return Camera.orthographic(eye, volume.centre, up, height=volume.radius * random.uniform(1, 2.2))
 
 
+def lighting(random: np.random.Generator) -> Lighting | None:
+    """Light from the eye or from a random direction for half of the scenes, on one side of their matter or both."""
+    if random.random() < 0.5:
+        return None
+    light = Light("head") if random.random() < 0.5 else Light("directional", tuple(random.standard_normal(3)))
+    shininess = float(random.choice([8, 20, 32]))
+    return Lighting((light,), shininess=shininess, two_sided=bool(random.random() < 0.7))
+
+
 def random_scene(random: np.random.Generator, volumes: list[Volume]) -> Scene:
     """One scene; its extinction is per smallest spacing."""
     values = (
@@ -87,7 +98,8 @@ def random_scene(random: np.random.Generator, volumes: list[Volume]) -> Scene:
     )
     volume = Volume(values, random.uniform(0.7, 1.5, 3))
     classification = CLASSIFICATIONS[int(random.integers(4))]
-    return Scene(volume, transfer_function(random, values), camera(random, volume), classification=classification)  # type: ignore[arg-type]
+    medium, view = transfer_function(random, values), camera(random, volume)
+    return Scene(volume, medium, view, classification=classification, lighting=lighting(random))  # type: ignore[arg-type]
 
 
 class Remembered:
@@ -119,14 +131,19 @@ class Remembered:
 _ROUNDED_NOWHERE = SimpleNamespace(rounding=lambda scene: 0.0)
 
 
-def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> Choice:
-    """Return the choice for a wanted error of a picture of a size."""
+def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> tuple[Choice, Settings]:
+    """Return the choice for a wanted error of a picture of a size, and its settings."""
     settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True, adaptive="auto")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
         search = ErrorSearch(draw, draw.exactly, lambda scene: _ROUNDED_NOWHERE)
-        choice, _ = search.choose(scene.completed(size), size, settings, wanted)
-        return choice
+        return search.choose(scene.completed(size), size, settings, wanted)
+
+
+def _drawn_at(
+    draw: Remembered, scene: CompleteScene, size: tuple[int, int], settings: Settings, thickness: float
+) -> np.ndarray:
+    return draw(scene, size, replace(settings, slab_thickness=thickness))
 
 
 def excess(
@@ -158,17 +175,15 @@ def outcomes(renderer: Renderer, scene: Scene, size: tuple[int, int], all_wanted
     truth, draw, spacing = raycast(scene, size), Remembered(renderer), scene.volume.smallest_spacing
     complete, found = scene.completed(size), []
 
-    def at(thickness: float) -> np.ndarray:
-        return draw(complete, size, Settings(thickness, "rgba32f", "rgba32f", 0.0, skip_empty=True))
-
     def error(picture: np.ndarray) -> float:
         return float(np.abs(picture - truth).max())
 
     for wanted in all_wanted:
         draw.pixels_of_slabs = 0.0
-        choice = chosen(draw, scene, size, wanted)
+        choice, settings = chosen(draw, scene, size, wanted)
         own = size[0] * size[1] * spacing / choice.slab_thickness
         cost, true = draw.pixels_of_slabs / own, error(choice.picture)
+        at = partial(_drawn_at, draw, complete, size, settings)
         finer = excess(at, error, spacing, choice.slab_thickness, wanted)
         found.append(Outcome(choice.reached, true, choice.estimated_error, finer, cost))
         if choice.reached and true > wanted:

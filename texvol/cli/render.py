@@ -112,7 +112,7 @@ def _add_textures(group: Any) -> None:
     group.add_argument(
         "--adaptive", choices=("auto", "on", "off"), default="auto",
         help="on: slabs of post are divided in three where they are not nearly transparent; auto: where that takes "
-        "less time for the same error, if nothing decides the slab thickness",
+        "less time for the same error, if neither thickness nor rate is given",
     )  # fmt: skip
     group.add_argument(
         "--shadow-nodes", type=texts.shadow_nodes, metavar="N|auto",

@@ -89,6 +89,8 @@ class DefaultRate:
         `chosen` is the choice of its classification; None if there was none, or if a rate is given.
         """
         self.estimate = None
+        if np.isnan(settings.slab_thickness):  # a maximum error decides
+            return settings
         undivided = replace(settings, adaptive=None if settings.adaptive == "auto" else settings.adaptive)
         medium = scene.transfer_function
         is_as_given = scene.lighting is None and medium is not None and not medium.by_look

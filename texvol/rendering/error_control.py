@@ -215,9 +215,7 @@ class HeldAgainstKnown:
 
     def errors(self, picture: NDArray[np.float32]) -> NDArray[np.float64]:
         """Return the estimate in each pixel."""
-        with np.errstate(invalid="ignore"):
-            off = np.where(picture == self.picture, 0.0, np.abs(picture.astype(np.float64) - self.picture))
-        return np.asarray(off.max(axis=-1) + self.own_error)
+        return differences(picture, self.picture) + self.own_error
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
         """Return the estimate for a picture at any rate."""
@@ -342,10 +340,16 @@ def estimate_by_finer(
     return np.inf
 
 
+def differences(picture: NDArray[np.floating], other: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the largest absolute difference of two pictures in each pixel; equal infinities do not differ."""
+    with np.errstate(invalid="ignore"):
+        off = np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other))
+    return np.asarray(off.max(axis=-1))
+
+
 def largest_difference(picture: NDArray[np.float32], other: NDArray[np.float32]) -> float:
     """Largest absolute difference of two pictures; equal infinities do not differ."""
-    with np.errstate(invalid="ignore"):
-        return float(np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other)).max())
+    return float(differences(picture, other).max())
 
 
 def rounding_in(picture: NDArray[np.float32], rounding: float = ROUNDING) -> float:

@@ -1,8 +1,9 @@
 """Search for the slab thickness of a maximum error: on few pixels by a finer reference, on all by coarser pictures.
 
 A reference, see `error_control`, costs more than the picture itself. So it is drawn of few rays only, by a small
-picture of the same view. Slabs have to be as thin at least as they are there, since the largest error of all rays is
-hardly smaller than that of few; and a spike of the transfer function that all slabs pass over is found there.
+picture of the same view, with thin slabs where it still changes. Slabs have to be as thin at least as they are there,
+since the largest error of all rays is hardly smaller than that of few; and a spike of the transfer function that all
+slabs pass over is found there.
 
 The other pixels are held against coarser pictures of themselves, tile by tile, see `tiles`: each tile has a ray of the
 small picture in it.
@@ -105,14 +106,12 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        choice, whole = None, replace(settings, adaptive=None if settings.adaptive == "auto" else settings.adaptive)
-        if may_refine_tiles(scene, size, settings, wanted):
-            divided = _divided(scene, settings)
+        tiles = may_refine_tiles(scene, size, settings, wanted)
+        settings, choice = _decided(scene, settings, tiles), None
+        if tiles:
             with suppress(NoRoomError):  # thicker slabs need more margin around a brick
-                choice = self._extrapolated(scene, size, divided, wanted)
-                settings = divided
-        if choice is None:
-            choice, settings = self._held_against_reference(scene, size, whole, wanted), whole
+                choice = self._extrapolated(scene, size, settings, wanted)
+        choice = choice or self._held_against_reference(scene, size, settings, wanted)
         if not choice.reached:
             warnings.warn(
                 f"requested error of {wanted:g} not reached: {upward(choice.estimated_error)} by estimate, "
@@ -169,7 +168,8 @@ class ErrorSearch:
 
         Rates that are finer than it needs have at most its error.
         """
-        spacing, finest, pictures = scene.smallest_spacing, finest_rate(scene), {}
+        spacing = scene.smallest_spacing
+        pictures: dict[float, NDArray[np.float32]] = {}  # by rate
         reference = self._reference(scene, size, settings, wanted / 2)
         rounding = rounding_in(reference.picture) + self._pictures_of(scene).rounding(scene)
         held = HeldAgainstKnown(reference.picture, reference.begin.rate, reference.estimated_error + rounding)
@@ -182,7 +182,7 @@ class ErrorSearch:
             rate = min(rate, begin.rate)
             return held.errors(pictures[rate] if rate in pictures else drawn(spacing / rate))
 
-        begin = coarsest(drawn, held, spacing, wanted, Begin(), finest=finest).begin
+        begin = coarsest(drawn, held, spacing, wanted, Begin(), finest=finest_rate(scene)).begin
         return begin, error
 
     def _reference(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
@@ -245,12 +245,12 @@ class ErrorSearch:
         )
 
 
-def _divided(scene: CompleteScene, settings: Settings) -> Settings:
-    """Return the settings of tiles."""
+def _decided(scene: CompleteScene, settings: Settings, tiles: bool) -> Settings:
+    """Return the settings with slabs that are divided or not, if that is open: in tiles of lit scenes it pays."""
     if settings.adaptive != "auto":
         return settings
-    gains = scene.lighting is not None and converging(scene) is not scene
-    return replace(settings, adaptive="on" if gains else None)
+    pays = tiles and scene.lighting is not None and converging(scene) is not scene
+    return replace(settings, adaptive="on" if pays else None)
 
 
 def may_refine_tiles(scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> bool:

@@ -176,7 +176,7 @@ class Renderer(LastPicture):
             driver's have too few digits. "auto" measures them if `max_error` is given, see `rendering.interpolation`.
         adaptive : "auto", "on" or "off"
             "on" divides slabs of `post` in three where they are not nearly transparent, so that a thickness is that of
-            the thickest. "auto" does so where it takes less time for the same error, if nothing decides the thickness.
+            the thickest. "auto" does so where it takes less time for the same error, if no thickness or rate is given.
 
         Raises
         ------
@@ -212,9 +212,8 @@ class Renderer(LastPicture):
             complete, settings = refined_scene(complete, factor), replace(settings, texture_refinement=factor)
             nodes = nodes_for_error(self._exactly, complete, size, settings, asked_nodes, error)
             settings = replace(settings, shadow_nodes=nodes.number)
-            if error is None:
-                settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
-            else:
+            settings = self._default_rate.settled(complete, size, settings, None if any(rates) else self.chosen)
+            if error is not None:
                 choice, settings = self._chosen(complete, size, settings, nodes, interpolation)
                 picture = choice.picture
                 self._by_tiles = (error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.error_control import ORDER, SAFETY, Begin, Choice, Region
+from texvol.rendering.error_control import ORDER, SAFETY, Begin, Choice, Region, differences
 
 DrawRegions = Callable[[float, "tuple[Region, ...] | None"], NDArray[np.float32]]
 Grid = NDArray[np.float64]
@@ -47,8 +47,7 @@ class Tiles:
 
     def largest(self, picture: NDArray[np.floating], other: NDArray[np.floating]) -> Grid:
         """Return the largest absolute difference of two pictures in each tile; equal infinities do not differ."""
-        with np.errstate(invalid="ignore"):
-            pixels = np.where(picture == other, 0.0, np.abs(picture.astype(np.float64) - other)).max(axis=-1)
+        pixels = differences(picture, other)
         across, down = self._edges
         return np.asarray(np.maximum.reduceat(np.maximum.reduceat(pixels, down[:-1], 0), across[:-1], 1))
 
