@@ -123,12 +123,14 @@ class Remembered:
                 self._pictures[key] = self._renderer._draw(scene, size, exact)
         return self._pictures[key]
 
+    def count(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> int:
+        """Return the number of slabs that are sampled."""
+        with self._renderer._context:
+            return self._renderer._pictures_of(scene).count(scene, size, settings)
+
     def exactly(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> np.ndarray:
         """Draw a reference."""
         return self(scene, size, settings.exact)
-
-
-_ROUNDED_NOWHERE = SimpleNamespace(rounding=lambda scene: 0.0)
 
 
 def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float) -> tuple[Choice, Settings]:
@@ -136,7 +138,8 @@ def chosen(draw: Remembered, scene: Scene, size: tuple[int, int], wanted: float)
     settings = Settings(np.nan, "rgba32f", "rgba32f", 0.0, skip_empty=True, adaptive="auto")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", AccuracyWarning)
-        search = ErrorSearch(draw, draw.exactly, lambda scene: _ROUNDED_NOWHERE)
+        pictures = SimpleNamespace(rounding=lambda scene: 0.0, count=draw.count)
+        search = ErrorSearch(draw, draw.exactly, lambda scene: pictures)
         return search.choose(scene.completed(size), size, settings, wanted)
 
 

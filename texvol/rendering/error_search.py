@@ -34,6 +34,7 @@ from texvol.rendering.error_control import (
     Size,
     coarsest,
     converging,
+    differences,
     finest_rate,
     rounding_in,
     rounding_of,
@@ -43,7 +44,7 @@ from texvol.rendering.error_control import (
 from texvol.rendering.pictures import Pictures
 from texvol.rendering.settings import Settings, checked_slicing, checked_target, checked_termination
 from texvol.rendering.streaming.kinds import drawable
-from texvol.rendering.tiles import LONELY, Tiles, refined
+from texvol.rendering.tiles import LONELY, Tiles, refined, slabs_foreseen
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import Slicing
@@ -58,6 +59,7 @@ _LONELY = 1 / 40  # of the values: a transfer function that changes within less 
 _MARGIN = 1.25  # of the error of few pixels, which miss the largest one: the pictures of all pixels find that
 _FEW = 8  # times fewer pixels along each side of a small picture, but
 _LEAST_FEW = 48  # are as many at least
+_TRIED = 2.0  # slabs per spacing of small pictures that tell whether slabs are divided
 _REFERENCE_TILE = 4  # pixels along each side of the tiles of a small reference
 _MOST_TERMINATION = 1 / 8  # of the limit: no difference of two pictures shows where rays end
 Notes = dict[float, tuple[dict[str, float], int]]  # seconds of pictures by step, and bricks, by thickness
@@ -106,12 +108,12 @@ class ErrorSearch:
         AccuracyWarning
             If the error cannot be reached.
         """
-        tiles = may_refine_tiles(scene, size, settings, wanted)
-        settings, choice = _decided(scene, settings, tiles), None
-        if tiles:
+        undivided = replace(settings, adaptive=None if settings.adaptive == "auto" else settings.adaptive)
+        found = None
+        if may_refine_tiles(scene, size, settings, wanted):
             with suppress(NoRoomError):  # thicker slabs need more margin around a brick
-                choice = self._extrapolated(scene, size, settings, wanted)
-        choice = choice or self._held_against_reference(scene, size, settings, wanted)
+                found = self._extrapolated(scene, size, settings, wanted)
+        choice, settings = found or (self._held_against_reference(scene, size, undivided, wanted), undivided)
         if not choice.reached:
             warnings.warn(
                 f"requested error of {wanted:g} not reached: {upward(choice.estimated_error)} by estimate, "
@@ -121,17 +123,19 @@ class ErrorSearch:
             )
         return choice, replace(settings, slab_thickness=choice.slab_thickness)
 
-    def _extrapolated(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
-        """Return the choice by few pixels of a reference and all pixels of coarser pictures.
+    def _extrapolated(
+        self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
+    ) -> tuple[Choice, Settings]:
+        """Return the choice by few pixels of a reference and all pixels of coarser pictures, and their settings.
 
         Where slabs are thicker than the spacing all pixels are held against the reference.
         """
         tiles, lonely = Tiles(size, fewer(size)), _has_lonely_errors(scene)
         with self._foreseeing(scene, size):
-            few, of_few = self._by_few(scene, tiles.count, settings, wanted / _MARGIN)
+            few, of_few, settings = self._by_few(scene, tiles.count, settings, wanted / _MARGIN)
         if few.rate < 1:
-            return self._held_against_reference(scene, size, settings, wanted, few)
-        return refined(
+            return self._held_against_reference(scene, size, settings, wanted, few), settings
+        choice = refined(
             lambda thickness, regions: self._draw(
                 scene, size, replace(settings, slab_thickness=thickness, regions=regions)
             ),
@@ -148,6 +152,7 @@ class ErrorSearch:
             LONELY if lonely else 0.0,
             lambda passes: progress.expect(lambda: forecast.of_passes(scene, size, settings, passes)),
         )
+        return choice, settings
 
     @contextmanager
     def _foreseeing(self, scene: CompleteScene, size: Size) -> Iterator[None]:
@@ -163,16 +168,21 @@ class ErrorSearch:
 
     def _by_few(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
-    ) -> tuple[Begin, Callable[[float], NDArray[np.float64]]]:
-        """Return the rates that a small picture needs, and a function that returns the error of its pixels at a rate.
+    ) -> tuple[Begin, Callable[[float], NDArray[np.float64]], Settings]:
+        """Return the rates that a small picture needs, a function that returns the error of its pixels, and settings.
 
-        Rates that are finer than it needs have at most its error.
+        The function takes a rate; those that are finer than the picture needs have at most its error. In the settings
+        it is decided whether slabs are divided.
         """
         spacing = scene.smallest_spacing
         pictures: dict[float, NDArray[np.float32]] = {}  # by rate
         reference = self._reference(scene, size, settings, wanted / 2)
         rounding = rounding_in(reference.picture) + self._pictures_of(scene).rounding(scene)
         held = HeldAgainstKnown(reference.picture, reference.begin.rate, reference.estimated_error + rounding)
+        if settings.adaptive == "auto":
+            pays = scene.lighting is not None and converging(scene) is not scene
+            pays = pays and self._division_pays(scene, size, settings, reference.picture, wanted)
+            settings = replace(settings, adaptive="on" if pays else None)
 
         def drawn(thickness: float) -> NDArray[np.float32]:
             pictures[spacing / thickness] = self._draw(scene, size, replace(settings, slab_thickness=thickness))
@@ -183,7 +193,19 @@ class ErrorSearch:
             return held.errors(pictures[rate] if rate in pictures else drawn(spacing / rate))
 
         begin = coarsest(drawn, held, spacing, wanted, Begin(), finest=finest_rate(scene)).begin
-        return begin, error
+        return begin, error, settings
+
+    def _division_pays(
+        self, scene: CompleteScene, size: Size, settings: Settings, reference: NDArray[np.float32], wanted: float
+    ) -> bool:
+        """Return True if divided slabs reach an error with fewer samples, by a small picture of each kind."""
+        samples = []
+        for adaptive in (None, "on"):
+            at = replace(settings, slab_thickness=scene.smallest_spacing / _TRIED, adaptive=adaptive)
+            errors = differences(self._draw(scene, size, at), reference)
+            slabs = slabs_foreseen(errors, _TRIED, wanted, finest_rate(scene))
+            samples.append(slabs * self._pictures_of(scene).count(scene, size, at))
+        return samples[1] < samples[0]
 
     def _reference(self, scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> Choice:
         """Return a small picture that is refined where its own error is more than `wanted`."""
@@ -243,14 +265,6 @@ class ErrorSearch:
             relative=rounding_of(scene),
             told=told,
         )
-
-
-def _decided(scene: CompleteScene, settings: Settings, tiles: bool) -> Settings:
-    """Return the settings with slabs that are divided or not, if that is open: in tiles of lit scenes it pays."""
-    if settings.adaptive != "auto":
-        return settings
-    pays = tiles and scene.lighting is not None and converging(scene) is not scene
-    return replace(settings, adaptive="on" if pays else None)
 
 
 def may_refine_tiles(scene: CompleteScene, size: Size, settings: Settings, wanted: float) -> bool:

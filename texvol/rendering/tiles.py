@@ -29,6 +29,7 @@ _BESIDE = 0.75  # part of the error of the tiles beside a tile that its own may 
 LONELY = 0.25  # part of that of any tile, where the largest error may be that of one ray among thousands
 _MOSTLY = 0.75  # fraction of the tiles above which the whole picture is drawn
 _USUAL_SHARE = 0.25  # of the tiles that are drawn once more
+_ESTIMATED = 6  # times the error of one ray in a tile, what is estimated for the tile
 _COARSER = 16  # times the thickness that few pixels need: with that tiles begin
 
 
@@ -151,6 +152,19 @@ def _left(errors: Grid, wanted: float, active: NDArray[np.bool_], rate: float, f
         rate, wanted = 2 * rate, 2 * wanted
         passes.append((rate, 1.0 if share > _MOSTLY else share))
     return passes
+
+
+def slabs_foreseen(errors: Grid, rate: float, wanted: float, finest: float) -> float:
+    """Return how many slabs per spacing `refined` draws in all, in the mean of the tiles, if the error is of order 2.
+
+    `errors` are those of one ray in each tile at a rate.
+    """
+    around = _ESTIMATED * spread(errors)
+    slabs, finer = 3.0, 4.0  # all tiles are drawn at rates 1 and 2
+    while finer <= finest and (share := float((around * (2 * rate / finer) ** 2 > wanted).mean())):
+        slabs += finer * share
+        finer *= 2
+    return slabs
 
 
 def spread(errors: Grid) -> Grid:
