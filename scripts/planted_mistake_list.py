@@ -88,8 +88,8 @@ _LOWER = (
         "test_slicing.py -k 'half_a_slab'",
     ),
     Mistake(
-        *("slicing", "cells:_along_first"),
-        *("max(at - 1, 0)", "max(at, 0)"),
+        *("slicing", "cells:_along"),
+        *("max(cell * count - 1, 0)", "max(cell * count, 0)"),
         "a cell does not know the sample before it",
         "test_cells.py",
     ),

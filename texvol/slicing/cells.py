@@ -130,16 +130,23 @@ def cell_side(samples: float) -> int:
 
 def _reduced(values: NDArray, size: tuple[int, ...], reduce: np.ufunc) -> NDArray:
     """Least or largest value of each cell and the samples beside it, shape (cz, cy, cx)."""
-    for count in size[::-1]:  # along z, y and x, each of which is the first axis in its turn
-        values = np.ascontiguousarray(_along_first(values, count, reduce).transpose(1, 2, 0))
-    return values
+    nx, ny, nz = size
+    in_columns = _along(_along(values, 0, nz, reduce), 1, ny, reduce)
+    # Along rows numpy takes as long for each cell as for many samples: so x becomes the first axis.
+    return np.ascontiguousarray(
+        _along(np.ascontiguousarray(in_columns.transpose(2, 0, 1)), 0, nx, reduce).transpose(1, 2, 0)
+    )
 
 
-def _along_first(values: NDArray, count: int, reduce: np.ufunc) -> NDArray:
-    """Layers (n, …) reduced over each `count` neighbours, the last of fewer, and the layers before and after them."""
-    made = np.empty((-(-len(values) // count), *values.shape[1:]), values.dtype)
-    for layer, at in zip(made, range(0, len(values), count), strict=True):
-        reduce.reduce(values[max(at - 1, 0) : at + count + 1], axis=0, out=layer)
+def _along(values: NDArray, axis: int, count: int, reduce: np.ufunc) -> NDArray:
+    """Samples reduced along an axis over each `count`, the last of fewer, and the ones before and after them."""
+    shape = list(values.shape)
+    shape[axis] = -(-shape[axis] // count)
+    made = np.empty(shape, values.dtype)
+    before: tuple[slice | int, ...] = (slice(None),) * axis
+    for cell in range(shape[axis]):
+        samples = slice(max(cell * count - 1, 0), (cell + 1) * count + 1)
+        reduce.reduce(values[(*before, samples)], axis=axis, out=made[(*before, cell)])
     return made
 
 
