@@ -10,7 +10,7 @@ import pytest
 from texvol.ray_casting import raycast
 from texvol.rendering.error_control import Begin, Choice
 from texvol.rendering.renderer import Renderer
-from texvol.rendering.tiles import Tiles, extrapolated, refined, spread
+from texvol.rendering.tiles import Tiles, extrapolated, refined, slabs_foreseen, spread
 from texvol.scene.camera import Camera
 from texvol.scene.scene import CLASSIFICATIONS, Scene
 from texvol.scene.transfer import TransferFunction
@@ -89,6 +89,16 @@ def test_passes_are_foreseen_with_the_tiles_that_they_draw() -> None:
         assert shares == sorted(shares, reverse=True)
         # Errors halve with the slabs: at the first look, as many passes are left as are drawn.
         assert len(passes) == len(drawn.calls) - count
+
+
+@pytest.mark.parametrize("wanted", [3e-1, 3e-2, 3e-3, 3e-4])
+def test_slabs_are_foreseen_from_one_ray_in_each_tile(wanted: float) -> None:
+    in_tiles = 10.0 ** np.random.default_rng(5).uniform(-3, 0, (3, 5))
+    drawn = Drawn(in_tiles.repeat(8, 0).repeat(8, 1), 2.0)
+    found(drawn, wanted)
+    areas = [960 if regions is None else sum(w * h for _, _, w, h in regions) for _, regions in drawn.calls]  # type: ignore[attr-defined]
+    slabs = sum(3.0 / thickness * area / 960 for (thickness, _), area in zip(drawn.calls, areas, strict=True))
+    assert 0.4 * slabs <= slabs_foreseen(in_tiles / 4, 2.0, wanted, 64.0) <= 2.5 * slabs
 
 
 @pytest.mark.parametrize("wanted", [0.0, -1e-3])
