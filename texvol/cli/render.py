@@ -170,7 +170,7 @@ def run(arguments: argparse.Namespace) -> None:
     _check(arguments, options.SceneOptions(arguments))
     arguments, scene_options, volume, series = first_choice.opened_with(_opened, arguments, tells_step=True)
     volume.expect_picture()
-    if isinstance(volume, LargeVolume):
+    if isinstance(volume, LargeVolume) and not arguments.plan:
         threading.Thread(target=_load_what_draws, args=(arguments,)).start()
     load_seconds = time.perf_counter() - start
     export = PictureExport(scene_options, scene_options.annotation)

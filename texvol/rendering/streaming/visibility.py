@@ -18,6 +18,7 @@ from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
 _LEAST = 2.0**-24  # transmittance that float32 tells from none
+_AT_ONCE = 4096  # regions whose corners are worked out together: a volume may have a million
 _FEW_DRAWN = 4  # bricks, after which the picture is read again
 AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
 
@@ -168,11 +169,8 @@ def regions_that_show(
     `margin` is what their outermost slabs reach beyond them, `beyond` how far matter is seen from its place, both in
     samples along x, y, z.
     """
-    boxes = np.array([(each.first, each.last) for each in regions]) / np.array(volume.dimensions)
-    low, high = pixel_boxes_of(volume, scene.camera, size, boxes)
-    may_show = (low < high).all(axis=1)
-    may_show &= ~_are_cut_away(scene, volume, boxes + np.outer([-1, 1], margin / np.array(volume.dimensions)))
-    on_screen = [region for region, may in zip(regions, may_show, strict=True) if may]
+    batches = (regions[first : first + _AT_ONCE] for first in range(0, len(regions), _AT_ONCE))
+    on_screen = [region for batch in batches for region in _on_screen(scene, size, volume, batch, margin)]
     shows = chunks_that_show(scene, volume)
     if shows is None:
         return on_screen
@@ -185,6 +183,16 @@ def regions_that_show(
         return tuple(slice(max(a - more, 0) // n, -(-(b + more) // n)) for a, b, n, more in ends)
 
     return [region for region in on_screen if shows[chunks(region)].any()]
+
+
+def _on_screen(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: list[Region], margin: Box
+) -> list[Region]:
+    boxes = np.array([(each.first, each.last) for each in regions]) / np.array(volume.dimensions)
+    low, high = pixel_boxes_of(volume, scene.camera, size, boxes)
+    may_show = (low < high).all(axis=1)
+    may_show &= ~_are_cut_away(scene, volume, boxes + np.outer([-1, 1], margin / np.array(volume.dimensions)))
+    return [region for region, may in zip(regions, may_show, strict=True) if may]
 
 
 def shown_box(
