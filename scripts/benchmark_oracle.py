@@ -1,4 +1,6 @@
-"""Time `texvol render --check all` of lit scenes, whole commands: `benchmark_oracle.py DATA [WORD ...]`.
+"""Time `texvol render --check all` of lit scenes, whole commands; prints a table in Markdown.
+
+    python scripts/benchmark_oracle.py DATA [WORD ...]
 
 DATA holds the folders `male`, `lung` and `fly`, of which those that are missing are left out; words choose the scenes
 whose names hold one of them. The table has seconds of the processor beside those of the clock, which are right only
@@ -7,7 +9,7 @@ where nothing else runs. The oracle's kernels should have been compiled before (
 
 from __future__ import annotations
 
-import sys
+import argparse
 import tempfile
 from pathlib import Path
 
@@ -68,4 +70,8 @@ def main(data: Path, words: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2:])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("data", type=Path, metavar="DATA")
+    parser.add_argument("words", nargs="*", metavar="WORD")
+    arguments = parser.parse_args()
+    main(arguments.data, arguments.words)

@@ -38,7 +38,7 @@ _RAYS_AT_ONCE = 1 << 14
 _WEIGHT_STEPS = 256  # weights of a graphics card between two samples
 _PARTS = 4  # of half a slab, for the integral of `integrated`
 _DEEPEST_SLAB = 2.0  # optical depth of a slab of texels of `slab`
-_LEAST_DIVIDED = 1 / 32  # optical depth of a path as long as the spacing, from which on slabs are divided
+_LEAST_DIVIDED = 1 / 16  # optical depth of a path as long as the spacing, from which on slabs are divided
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from texvol.util.numbers import AnyNumber, checked_number
 from texvol.util.suggestions import check_one_of
 
 ADAPTIVE = ("auto", "on", "off")  # whether slabs are divided where they are not nearly transparent
-_LEAST_DIVIDED = 1 / 32  # optical depth of a path as long as the spacing, from which on slabs are divided
+_LEAST_DIVIDED = 1 / 16  # optical depth of a path as long as the spacing, from which on slabs are divided
 PARTS = 3  # of a slab that is divided, as in shaders/divided_slabs.glsl
 INTERPOLATIONS = ("auto", "driver", "shader")  # what interpolates texels
 DEFAULT_SAMPLING_RATE = 1.0
