@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from support.annotated import DIRECTIONS, EVERYTHING, blank, coverage, crooked, ink, outside, projected
 
@@ -156,6 +156,8 @@ def test_behind_the_eye_nothing_is_drawn_and_a_line_past_the_eye_is_cut() -> Non
 
 
 @given(st.integers(0, 2**31))
+@example(2677)
+@example(243421)
 @settings(max_examples=25, deadline=None)
 def test_values_stand_in_the_picture_and_not_on_each_other(seed: int) -> None:
     random = np.random.default_rng(seed)

@@ -36,6 +36,7 @@ _HALO = 1 / 5  # ems by which the outline of a line is wider than the line
 _ARC_PART = 0.35  # of the shorter arm
 _ARC_STEPS = 24
 _THINNEST = 1e-9  # of the box's radius: the least edge of a measured box
+_FARTHEST = 6  # ems above or below the best position of a value, where those beside the measure are taken
 _ALONG = (0.5, 0.35, 0.65, 0.2, 0.8)  # positions of a value along its line
 
 
@@ -139,10 +140,11 @@ def placed_texts(
         if not any(_is_in(stroke, size) for stroke in marks.strokes):
             continue
         text = extent(marks.text)
-        middles = [_moved_inside(middle, text, em, size) for middle in _middles(marks, text, em)]
-        free = [each for each in middles if not _meets(_around(each, text).grown(_GAP / 2 * em), rects)]
+        beside = [_moved_inside(middle, text, em, size) for middle in _middles(marks, text, em)]
+        farther = [_moved_inside(middle, text, em, size) for middle in _farther(beside[0], em)]
+        free = _free(beside, text, em, rects) or _free(farther, text, em, rects)
         clear = (each for each in free if not any(_crosses(stroke, _around(each, text)) for stroke in strokes))
-        middle = next(clear, (free or middles)[0])
+        middle = next(clear, (free or beside)[0])
         rects.append(_around(middle, text))
         found.append((marks.text, middle))
     return found
@@ -150,6 +152,13 @@ def placed_texts(
 
 def _meets(rect: Rect, others: Sequence[Rect]) -> bool:
     return any(rect.meets(other) for other in others)
+
+
+def _free(
+    middles: Sequence[tuple[float, float]], text: tuple[float, float], em: float, taken: Sequence[Rect]
+) -> list[tuple[float, float]]:
+    """Return the positions at which a text keeps clear of rectangles."""
+    return [each for each in middles if not _meets(_around(each, text).grown(_GAP / 2 * em), taken)]
 
 
 def _crosses(stroke: Stroke, rect: Rect) -> bool:
@@ -162,6 +171,13 @@ def _middles(marks: Marks, text: tuple[float, float], em: float) -> Iterator[tup
     for point, away in marks.anchors:
         distance = _GAP * em + float(np.abs(away) @ np.array(text)) / 2
         yield float(point[0] + distance * away[0]), float(point[1] + distance * away[1])
+
+
+def _farther(middle: tuple[float, float], em: float) -> Iterator[tuple[float, float]]:
+    """Yield positions around one, the nearest first."""
+    for distance in range(1, _FARTHEST + 1):
+        for x, y in ((0, -1), (0, 1), (-2, 0), (2, 0), (-2, -1), (2, -1), (-2, 1), (2, 1)):
+            yield middle[0] + x * distance * em, middle[1] + y * distance * em
 
 
 def _around(middle: tuple[float, float], text: tuple[float, float]) -> Rect:
