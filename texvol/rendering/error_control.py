@@ -156,9 +156,9 @@ def coarsest(
     finest: float = FINEST_RATE,
     told: Callable[[float, float], None] = lambda rate, excess: None,
 ) -> Choice:
-    """Find the coarsest slab thickness whose error is at most `wanted`, held against something.
+    """Find the coarsest slab thickness whose error, as `held` estimates it, is at most `wanted`.
 
-    Arguments as for `thickness_for_error`.
+    Other arguments as for `thickness_for_error`.
     """
     drawn: dict[float, NDArray[np.float32]] = {}  # by rate: the search for coarser slabs meets some again
 
@@ -193,10 +193,10 @@ def _fewest_halvings(error: float, wanted: float) -> int:
 
 
 class Held(Protocol):
-    """Estimates of errors, against something that is finer."""
+    """Estimates of errors, from a finer picture."""
 
-    own_error: float  # of what is finer, as part of an estimate
-    rate: float  # of what is finer
+    own_error: float  # of the finer picture, as part of an estimate
+    rate: float  # of the finer picture
 
     def error(self, picture: NDArray[np.float32], rate: float) -> float:
         """Return the estimate for a picture at any rate."""

@@ -169,10 +169,10 @@ class ErrorSearch:
     def _by_few(
         self, scene: CompleteScene, size: Size, settings: Settings, wanted: float
     ) -> tuple[Begin, Callable[[float], NDArray[np.float64]], Settings]:
-        """Return the rates that a small picture needs, a function that returns the error of its pixels, and settings.
+        """Return the rates that a small picture needs, the error of its pixels by rate, and settings.
 
-        The function takes a rate; those that are finer than the picture needs have at most its error. In the settings
-        it is decided whether slabs are divided.
+        Pictures of finer rates than that have at most its error, and are not drawn. The settings say whether slabs are
+        divided.
         """
         spacing = scene.smallest_spacing
         pictures: dict[float, NDArray[np.float32]] = {}  # by rate

@@ -29,7 +29,7 @@ _BESIDE = 0.75  # part of the error of the tiles beside a tile that its own may 
 LONELY = 0.25  # part of that of any tile, where the largest error may be that of one ray among thousands
 _MOSTLY = 0.75  # fraction of the tiles above which the whole picture is drawn
 _USUAL_SHARE = 0.25  # of the tiles that are drawn once more
-_ESTIMATED = 6  # times the error of one ray in a tile, what is estimated for the tile
+_ESTIMATED = 6  # times the error of one ray in a tile is what is estimated for the tile, on lit volumes about
 _COARSER = 16  # times the thickness that few pixels need: with that tiles begin
 
 
