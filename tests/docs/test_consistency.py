@@ -45,6 +45,12 @@ def test_files_that_a_page_names_are_there(page: str) -> None:
     assert not missing
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if page != "options"])
+def test_no_heading_and_no_paragraph_is_twice_in_a_page(page: str) -> None:
+    paragraphs = [each.strip() for each in text_of(page).split("\n\n") if each.startswith("#") or len(each) > 200]
+    assert sorted(paragraphs) == sorted(set(paragraphs))
+
+
 def test_names_in_the_contributing_page_are_in_the_source() -> None:
     source = "".join(path.read_text(encoding="utf-8") for path in (REPOSITORY / "texvol").rglob("*.py"))
     source += "".join(path.read_text(encoding="utf-8") for path in (REPOSITORY / "shaders").iterdir())
