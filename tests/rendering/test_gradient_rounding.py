@@ -149,7 +149,7 @@ def test_labels_have_an_estimate_however_long_they_take(monkeypatch: pytest.Monk
     baked: list[object] = []
     bake = volume_cache.bake
     monkeypatch.setattr(volume_cache, "bake", lambda *given: baked.append(given[0]) or bake(*given))
-    monkeypatch.setattr("texvol.rendering.default_rate._PATIENCE", 0.0)
+    monkeypatch.setattr("texvol.rendering.default_rate.PATIENCE", 0.0)
     with Renderer() as renderer:
         renderer.render(Scene(Volume(labels, labels=True)), SIZE)
         assert renderer.drawn_scene is not None and renderer.drawn_scene.classification == "slab"

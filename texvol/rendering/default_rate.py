@@ -20,6 +20,7 @@ limit where nothing else does.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -28,7 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.error_control import DrawScene, Size, estimate, smaller
+from texvol.rendering.error_control import DrawScene, Size, estimate, rounded_otherwise, rounding_of, smaller
 from texvol.rendering.model_error import Classified
 from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, PARTS, Settings
 from texvol.rendering.shadow_error import ShadowError
@@ -42,7 +43,7 @@ LIMIT = 1 / 64  # of the largest error of a linear picture
 _MOST_SAMPLED, _MOST_SAMPLED_UNLIT = 1e8, 2e8
 _MOST_IN_PARTS = 1e8  # slabs that the rays cross of a volume that is read in parts
 _FINEST, _IN_PARTS = 32, 4
-_PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
+PATIENCE = 1.0  # seconds of a picture, beyond which textures are not made again for an estimate
 _MOST_PIXELS = 192  # along a side of a small picture
 _HALVINGS = 2  # of the slab thickness, from a picture to the one that bounds its error
 _STEP = 0.5  # of rates between powers of two
@@ -121,19 +122,20 @@ class DefaultRate:
         """
         baked_for_slabs = scene.classification == "slab" and not scene.volume.nearest
         made_anew = baked_for_slabs or isinstance(scene.volume, LargeVolume)
-        if self.estimate is None and made_anew and seconds > _PATIENCE:
+        if self.estimate is None and made_anew and seconds > PATIENCE:
             return None
         small = _small(size)
         try:
-            by_slabs = self._error(scene, small, settings) if self.estimate is None else self.estimate
+            by_slabs = self._error(scene, size, settings) if self.estimate is None else self.estimate
             return by_slabs + ShadowError(self._draw, scene, small, settings).at(settings.shadow_nodes)
         except InputError:
             return None
 
-    def _error(self, scene: CompleteScene, small: Size, settings: Settings) -> float:
-        thinner = replace(settings, slab_thickness=settings.slab_thickness / 2**_HALVINGS)
-        fine = self._draw(scene, small, thinner)
-        return estimate(self._draw(scene, small, settings), fine, _HALVINGS)
+    def _error(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
+        small, halvings = _small(size), float(rounded_otherwise(scene, np.array(_HALVINGS)))
+        fine = self._draw(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2**halvings))
+        picture = self._draw(scene, small, settings)
+        return estimate(picture, fine, halvings, rounding_of(scene), math.prod(size))
 
     def _in_parts(self, scene: CompleteScene, size: Size, settings: Settings) -> Settings:
         """Return the settings for a volume in a store, whose parts are not read for a choice."""

@@ -29,6 +29,7 @@ from typing import Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.sampled_errors import beyond_sample
 from texvol.rendering.settings import Settings
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import MOST_SLABS
@@ -41,6 +42,8 @@ SAFETY = 1.5
 ROUNDING = 2e-6  # of a picture in float32, relative to its largest number, or 1
 SURFACE_ROUNDING = 2e-5
 EXTREME_ROUNDING = 4e-6
+_USUAL_ORDER = 2.0
+_NOT_HALVED = 1.05  # times as many slabs: with any power of two rays would stop at the same depths
 _MOST_HALVINGS = 6  # of the slabs of an estimate, which then takes a few times as long as the picture
 _LEAST_ESTIMATED = 48  # pixels along each side of a small picture: fewer may miss the largest error
 _COARSEST_RATE, FINEST_RATE = 1 / 16, 64  # slabs per smallest spacing
@@ -299,11 +302,21 @@ def rounding_of(scene: Scene) -> float:
 
 
 def estimate(
-    picture: NDArray[np.float32], finer: NDArray[np.float32], halvings: float, rounding: float = ROUNDING
+    picture: NDArray[np.float32],
+    finer: NDArray[np.float32],
+    halvings: float,
+    rounding: float = ROUNDING,
+    pixels: int | None = None,
 ) -> float:
-    """Estimate the maximum error from a finer picture: its slabs are halved `halvings` times; infinite means exact."""
-    off = SAFETY * largest_difference(picture, finer) / (1 - 2.0 ** (-ORDER * halvings))
-    return off + rounding_in(finer, rounding)
+    """Estimate the maximum error from a finer picture: its slabs are halved `halvings` times; infinite means exact.
+
+    The largest of `pixels` errors, of which those in the picture are a sample, is more than that of the sample: by
+    `beyond_sample`, with the usual order; and at least what the sample has with the least order.
+    """
+    found = differences(picture, finer)
+    of_sample = 1 / (1 - 2.0 ** (-ORDER * halvings))
+    of_all = beyond_sample(found, pixels or found.size) / (1 - 2.0 ** (-_USUAL_ORDER * halvings))
+    return SAFETY * float(found.max()) * max(of_sample, of_all) + rounding_in(finer, rounding)
 
 
 def estimate_by_finer(
@@ -311,9 +324,10 @@ def estimate_by_finer(
     picture: NDArray[np.float32],
     thickness: float,
     draw: Callable[[CompleteScene, float], NDArray[np.float32]],
+    pixels: int,
     drawn_anyway: float = 0.0,
 ) -> float:
-    """Estimate the maximum error of a picture from a finer one.
+    """Estimate the maximum error of a picture of `pixels` pixels from two pictures of some of them.
 
     The finer picture has half the slab thickness, of `post` a quarter, or two slabs per voxel if that is thinner and
     affordable: samples may lie between thicker slabs, and pictures may agree that nothing is there. If there is no
@@ -328,7 +342,7 @@ def estimate_by_finer(
     first = max(min(max(float(np.log2(thickness / scene.smallest_spacing)) + 1, least), most), 1.0)
     # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
     is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
-    for halvings in np.arange(first, most + 1e-9):
+    for halvings in rounded_otherwise(scene, np.arange(first, most + 1e-9)):
         thinner = thickness / 2**halvings
         if is_exact and 0 < drawn_anyway < thinner:
             thinner = drawn_anyway
@@ -336,8 +350,13 @@ def estimate_by_finer(
             finer = draw(reference, thinner)
         except NoRoomError:
             continue
-        return estimate(picture, finer, np.inf if is_exact else halvings, rounding_of(scene))
+        return estimate(picture, finer, np.inf if is_exact else halvings, rounding_of(scene), pixels)
     return np.inf
+
+
+def rounded_otherwise(scene: Scene, halvings: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a few more halvings where positions that are halved exactly would be rounded alike, on isosurfaces."""
+    return halvings + (np.log2(_NOT_HALVED) if scene.mode == "isosurface" else 0.0)
 
 
 def differences(picture: NDArray[np.floating], other: NDArray[np.floating]) -> NDArray[np.float64]:

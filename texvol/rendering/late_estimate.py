@@ -106,7 +106,7 @@ def estimates(
         if picture is not None and by_slabs is not None:
             by_slabs += error_control.largest_difference(picture, exactly(scene, small, settings))
         elif picture is not None:
-            by_slabs = _by_finer(scene, picture, settings, exactly, shared)
+            by_slabs = _by_finer(scene, picture, settings, exactly, shared, math.prod(size))
     assert by_slabs is not None
     by_texels = math.hypot(by_slabs, by_gradients or 0.0)  # slabs and rounding know nothing of each other
     return known._replace(error=by_texels + pictures.rounding(scene) + of_shadows)
@@ -124,7 +124,12 @@ def _drawn_in_own_texels(
 
 
 def _by_finer(
-    scene: CompleteScene, picture: NDArray[np.float32], settings: Settings, exactly: Draw, drawn_anyway: float
+    scene: CompleteScene,
+    picture: NDArray[np.float32],
+    settings: Settings,
+    exactly: Draw,
+    drawn_anyway: float,
+    pixels: int,
 ) -> float:
     """Estimate the error by the thickness of the slabs from a finer picture; see `estimate_by_finer`."""
     size = picture.shape[1], picture.shape[0]
@@ -132,7 +137,7 @@ def _by_finer(
     def finer(scene: CompleteScene, thickness: float) -> NDArray[np.float32]:
         return exactly(scene, size, replace(settings, slab_thickness=thickness))
 
-    return error_control.estimate_by_finer(scene, picture, settings.thinnest, finer, drawn_anyway)
+    return error_control.estimate_by_finer(scene, picture, settings.thinnest, finer, pixels, drawn_anyway)
 
 
 def _once_each(draw: Draw) -> Draw:

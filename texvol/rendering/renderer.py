@@ -20,7 +20,7 @@ from texvol.opengl.texture_store import Stopwatch, default_budget
 from texvol.rendering import checking, error_control
 from texvol.rendering.any_pictures import AnyPictures
 from texvol.rendering.classification import ClassificationChooser
-from texvol.rendering.default_rate import DefaultRate
+from texvol.rendering.default_rate import PATIENCE, DefaultRate
 from texvol.rendering.error_search import ErrorSearch, of_passes, searched
 from texvol.rendering.frames import Frame, drawn_one_by_one
 from texvol.rendering.interpolation import settled_interpolation
@@ -36,6 +36,7 @@ from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
 from texvol.scene.display import NUMBER_MODES
+from texvol.scene.gradient import seconds_of
 from texvol.scene.picture_size import AnySize
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
@@ -285,8 +286,7 @@ class Renderer(LastPicture):
             return self.estimate
         if self._estimates.quick is None and not self._context.released:
             with self._context:
-                found = self._default_rate.estimated(*self._last, sum(self.seconds.values()))
-                self._estimates = self._estimates._replace(quick=found)
+                self._estimates = self._estimates._replace(quick=self._quickly_estimated(*self._last))
         return error_control.if_finite(checking.at_least(self._estimates.quick, self._check))
 
     def close(self) -> None:
@@ -368,10 +368,25 @@ class Renderer(LastPicture):
         with nullcontext() if (released := self._context.released) else self._context:
             metadata |= sampled_slabs(None if released else pictures.count, scene, size, settings, passes)
         if not released:
-            with self._context, suppress(NoRoomError):
-                how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
-                is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
-                own = OwnTexels(pictures.hidden_rounding if is_plain else "values", self._default_rate.estimate)
-                self._estimates = estimates(pictures, *how, self._estimates, own)
+            with self._context:
+                self._find_estimates(scene, size, settings)
         metadata |= {"estimated_error": self.estimate} | self._estimates.metadata
         return metadata | ({"check": self._check.metadata} if self._check else {})
+
+    def _find_estimates(self, scene: CompleteScene, size: Size, settings: Settings) -> None:
+        """Estimate the errors of the last picture, unless there is no room for what they are found by."""
+        pictures = self._pictures_of(scene)
+        how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
+        is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
+        own = OwnTexels(pictures.hidden_rounding if is_plain else "values", self._default_rate.estimate)
+        with suppress(NoRoomError):
+            self._estimates = estimates(pictures, *how, self._estimates, own)
+
+    def _quickly_estimated(self, scene: CompleteScene, size: Size, settings: Settings) -> float | None:
+        if scene.mode != "isosurface" or self._pictures_of(scene).hidden_rounding == "nothing":
+            return self._default_rate.estimated(scene, size, settings, sum(self.seconds.values()))
+        # Two pictures of one surface are wrong alike where its gradients are rounded.
+        if seconds_of(scene.volume, scene.gradient) > PATIENCE:
+            return None
+        self._find_estimates(scene, size, settings)
+        return self._estimates.error
