@@ -15,15 +15,15 @@ from texvol.formats.stores.writing.convert import Layout, convert
 from texvol.scene.transfer import units
 from texvol.scene.volume import Volume
 
-MEMORY = "--memory", "3MB"  # of 7 MB
+MEMORY = "--memory", "1.2MB"  # of 2.2 MB
 
 
 @pytest.fixture(scope="module")
 def store(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A pyramid of 152³ samples of 16 bits."""
+    """A pyramid of 104³ samples of 16 bits."""
     folder = tmp_path_factory.mktemp("large") / "field.ome.zarr"
-    volume = Volume(field(152), name="field")
-    assert volume.values.nbytes > 6e6
+    volume = Volume(field(104), name="field")
+    assert volume.values.nbytes > 2e6
     convert(volume, folder, layout=Layout((16,) * 3, (64,) * 3))
     return str(folder)
 
@@ -53,10 +53,10 @@ def test_the_oracle_writes_its_picture(store: str, tmp_path: Path) -> None:
 
 
 def test_typical_samples_are_those_of_a_coarse_level(store: str) -> None:
-    volume = texvol.load(store, memory=3 * 10**6)
+    volume = texvol.load(store, memory=1200 * 1000)
     assert volume.levels[0].bytes > volume.memory  # type: ignore[attr-defined]
     # Halved samples of a field that changes over tenths of its side: a fiftieth of its range of 240.
-    found, fine = units.typical_samples(volume), units.typical_samples(Volume(field(152)))
+    found, fine = units.typical_samples(volume), units.typical_samples(Volume(field(104)))
     assert np.abs(np.percentile(found, [5, 50, 95]) - np.percentile(fine, [5, 50, 95])).max() < 5
 
 
