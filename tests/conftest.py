@@ -68,9 +68,9 @@ def session_context() -> Iterator[Context]:
     opened.release()
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def workers() -> Iterator[Workers]:
-    """Two workers that all tests share."""
+    """Two workers that the tests of a module share; processes that wait for all further tests would take their time."""
     from texvol.distributed.workers import Workers
 
     with Workers(2) as started:

@@ -105,6 +105,10 @@ class Workers:
             # Nobody looks at the pages that these would serve.
             "distributed.scheduler.http.routes": [],
             "distributed.worker.http.routes": [],
+            # Nor at what they show of each process, which takes a tenth of a core while the workers wait.
+            "distributed.worker.profile.enabled": False,
+            "distributed.admin.system-monitor.interval": "10s",
+            "distributed.admin.tick.interval": "1s",
         }
         with dask.config.set(settings), unheard_by_children():
             self._cluster = distributed.LocalCluster(
