@@ -53,7 +53,7 @@ def test_plain_slabs_are_the_renderer_s(name: str, classification: str, renderer
     thickness = 0.83 * scene.smallest_spacing
     exact = {"texture_format": "rgba32f", "early_termination": 0.0}
     drawn = renderer.render(scene, SIZE, slab_thickness=thickness, **exact)  # type: ignore[arg-type]
-    plain, _ = plain_slabs.pictures_of_slabs(scene, SIZE, thickness)
+    plain = plain_slabs.picture_of_slabs(scene, SIZE, thickness)
     # A ray that misses a volume is cut, or not, where it would have entered it: both are right.
     camera = scene.completed(SIZE).camera
     hits = np.all([path_lengths(volume, camera, SIZE) > 0 for volume in scene.volumes], axis=0)

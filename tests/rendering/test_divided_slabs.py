@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from support.pipelines import SAME
+from support.quick_stats import quick_stats
 from support.scenes import BONE, FOG, inside, path_lengths, random_volume, smooth_volume
 
 from texvol.comparison.wrong_functions import wrong_shaders
@@ -84,8 +85,8 @@ def test_they_are_those_of_plain_numpy(renderer: Renderer, name: str, rate: floa
     scene = scenes()[name]
     thickness = scene.smallest_spacing / rate
     picture = drawn(renderer, scene, sampling_rate=rate, **EXACT)
-    expected, _ = plain_slabs.pictures_of_slabs(scene, SIZE, thickness, divides=True)
-    undivided, _ = plain_slabs.pictures_of_slabs(scene, SIZE, thickness)
+    expected = plain_slabs.picture_of_slabs(scene, SIZE, thickness, divides=True)
+    undivided = drawn(renderer, scene, **EXACT | {"sampling_rate": rate, "adaptive": "off"})
     # A ray that misses the box by rounding is cut, or not: both are right.
     hits = path_lengths(scene.volume, scene.completed(SIZE).camera, SIZE) > 0
     off = np.abs(picture - expected)[hits].max()
@@ -103,7 +104,7 @@ def test_bricks_leaps_and_pipelines_change_nothing(
         "leaps": drawn(renderer, scene, skip_empty=False),
         "compute": drawn(by_compute, scene),
     }
-    assert in_bricks.stats["bricks_total"] > 1
+    assert quick_stats(in_bricks)["bricks_total"] > 1
     assert np.abs(picture - drawn(renderer, scene, adaptive="off")).max() > 1e-3
     for words, other in others.items():
         assert np.abs(picture - other).max() <= SAME, words
@@ -137,7 +138,7 @@ def _in_stacks_of(count: int, scene: Scene, **how: Any) -> NDArray[np.float32]:
 )
 def test_mistakes_show(mistake: tuple[str, str]) -> None:
     scene = scenes()["plain"]
-    expected, _ = plain_slabs.pictures_of_slabs(scene, SIZE, scene.smallest_spacing / 1.3, divides=True)
+    expected = plain_slabs.picture_of_slabs(scene, SIZE, scene.smallest_spacing / 1.3, divides=True)
     hits = path_lengths(scene.volume, scene.completed(SIZE).camera, SIZE) > 0
     with wrong_shaders(mistake) as folder, Renderer(compositor=lambda context: Compositor(context, folder)) as renderer:
         assert np.abs(drawn(renderer, scene, **EXACT) - expected)[hits].max() > 2e-4
@@ -173,7 +174,7 @@ def test_a_given_rate_divides_nothing(renderer: Renderer) -> None:
     scene = scenes()["lit"]
     for how in ({"sampling_rate": 2.0}, {"slab_thickness": 0.3}):
         picture = np.asarray(renderer.render(scene, SIZE, **how))
-        assert "adaptive" not in renderer.settings and renderer.stats["adaptive"] is False
+        assert "adaptive" not in renderer.settings and quick_stats(renderer)["adaptive"] is False
         np.testing.assert_array_equal(picture, np.asarray(renderer.render(scene, SIZE, adaptive="off", **how)))
 
 

@@ -83,6 +83,24 @@ def pictures_of_slabs(
 
     `divides` is True for slabs of `post` that are divided where they are not nearly transparent.
     """
+    drawn = _pictures(scene, size, slab_thickness, texel_format, divides, (0, _WEIGHT_STEPS))
+    return drawn[0], drawn[1]
+
+
+def picture_of_slabs(scene: Scene, size: tuple[int, int], slab_thickness: float, divides: bool = False) -> Numbers:
+    """Return the first picture of `pictures_of_slabs` alone, in half the time."""
+    return _pictures(scene, size, slab_thickness, "exact", divides, (0,))[0]
+
+
+def _pictures(
+    scene: Scene,
+    size: tuple[int, int],
+    slab_thickness: float,
+    texel_format: str,
+    divides: bool,
+    weight_steps: Iterable[int],
+) -> list[Numbers]:
+    """Return the scene's picture by each number of weights between two samples; 0 is for exact weights."""
     complete = scene.completed(size)
     camera = complete.camera
     volumes = [
@@ -96,13 +114,13 @@ def pictures_of_slabs(
     parts = [slice(start, start + _RAYS_AT_ONCE) for start in range(0, count, _RAYS_AT_ONCE)]
     least_divided = _LEAST_DIVIDED * slab_thickness / scene.smallest_spacing if divides else np.inf
     drawn = []
-    for steps in (0, _WEIGHT_STEPS):
+    for steps in weight_steps:
         composited = partial(_composited, volumes, steps=steps, least_divided=least_divided)
         pieces = in_threads(composited, parts)
         picture = np.concatenate(pieces).reshape(size[1], size[0], 4)
         picture[..., :3] += (1 - picture[..., 3:]) * np.asarray(scene.background)
         drawn.append(picture)
-    return drawn[0], drawn[1]
+    return drawn
 
 
 def _rays_of(volume: Volume, camera: Camera, middle: Numbers, size: tuple[int, int], slab_thickness: float) -> _Rays:
