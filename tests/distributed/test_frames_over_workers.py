@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from support.processes import REPOSITORY
+from support.quick_stats import quick_stats
 from support.stores import write_ome
 
 import texvol
@@ -72,7 +73,7 @@ def test_frames_are_those_of_one_process(
     assert stats["divided"] == "frames" and stats["divided_because"] == "6 frames for 2 workers"
     assert [each["number"] for each in stats["frames"]] == list(range(COUNT))
     assert len({each["process"] for each in stats["frames"]}) == 2
-    assert stats["samples"] == renderer.stats["samples"]
+    assert stats["samples"] == quick_stats(renderer, samples=True)["samples"]
 
 
 def test_time_steps_are_those_of_one_process(workers: Workers, renderer: Renderer) -> None:

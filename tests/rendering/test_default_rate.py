@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.quick_stats import quick_stats
 from support.scenes import BONE, smooth_volume
 
 from texvol import Lighting, Renderer, Scene, TransferFunction, Volume
@@ -92,7 +93,7 @@ def test_the_estimate_bounds_the_true_error(scene: Scene) -> None:
 def sampled(renderer: Renderer, scene: Scene) -> float:
     """Number of slabs that a picture of one slab per voxel samples."""
     renderer.render(scene, SIZE, sampling_rate=1, early_termination=default_rate.LIMIT / 16)
-    return float(renderer.stats["samples"])
+    return float(quick_stats(renderer, samples=True)["samples"])
 
 
 @pytest.mark.parametrize(("times", "rate"), [(0.5, 1.0), (1.4, 1.0), (1.8, 1.5)])
@@ -120,9 +121,10 @@ def test_slabs_that_are_skipped_do_not_count(monkeypatch: pytest.MonkeyPatch) ->
     with Renderer() as renderer:
         for scene in scenes:
             renderer.render(scene, SIZE)
-            crossed.append(renderer.stats["samples_total"])
+            stats = quick_stats(renderer, samples=True)
+            crossed.append(stats["samples_total"])
             rates.append(scene.volume.smallest_spacing / renderer.settings["slab_thickness"])
-            monkeypatch.setattr(default_rate, "_MOST_SAMPLED", 1.5 * renderer.stats["samples"])
+            monkeypatch.setattr(default_rate, "_MOST_SAMPLED", 1.5 * stats["samples"])
     assert rates[0] == rates[1] > 1
     assert crossed[1] > 1.5 * crossed[0], "counting what is crossed would have made the slabs thicker"
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import OpenImageIO as oiio
 import pytest
+from support.quick_stats import quick_stats
 from support.scenes import BONE, constant, random_volume
 
 from texvol import InputError
@@ -98,7 +99,7 @@ def test_infinite_depths_change_nothing(renderer: Renderer) -> None:
     everywhere = replace(scene, depth=DepthPicture(np.full(SIZE[::-1], np.inf)))
     np.testing.assert_array_equal(raycast(everywhere, SIZE), raycast(scene, SIZE))
     np.testing.assert_allclose(renderer.render(everywhere, SIZE), renderer.render(scene, SIZE), atol=2e-6)
-    assert "depth picture" in renderer.stats["modelled"] or renderer.render(everywhere, SIZE) is not None
+    assert "depth picture" in quick_stats(renderer)["modelled"] or renderer.render(everywhere, SIZE) is not None
 
 
 def test_the_depth_of_its_own_isosurface_hides_what_is_behind(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

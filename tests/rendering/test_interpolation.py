@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from support.planted import EIGHT_BIT_WEIGHTS, planted
+from support.quick_stats import quick_stats
 from support.scenes import BONE, constant, random_volume, smooth_volume
 
 from texvol.opengl.filtering import bits_of
@@ -101,7 +102,7 @@ def test_an_error_below_a_thousandth_is_kept_with_weights_of_8_bits(
         return float(np.abs(coarse.render(scene, SIZE, max_error=wanted, **how) - truth).max())
 
     assert off() <= wanted
-    assert coarse.stats["interpolation"] == "shader" and coarse.settings["interpolation"] == "shader"
+    assert quick_stats(coarse)["interpolation"] == "shader" and coarse.settings["interpolation"] == "shader"
     with pytest.warns(AccuracyWarning, match="not reached"):
         assert off(interpolation="driver") > wanted
     assert "interpolation" not in coarse.settings
@@ -111,9 +112,9 @@ def test_coarser_errors_are_asked_of_the_driver_where_its_weights_allow_it(coars
     soft = Scene(smooth_volume(24), constant(0.01), Camera.framing(smooth_volume(24)), classification="post")
     hard = Scene(COLUMNS, STEEP, ALONG, classification="post")
     coarse.render(soft, SIZE, max_error=4e-3)
-    assert coarse.stats["interpolation"] == "driver"
+    assert quick_stats(coarse)["interpolation"] == "driver"
     picture = coarse.render(hard, SIZE, max_error=4e-3)
-    assert coarse.stats["interpolation"] == "shader" and np.abs(picture - raycast(hard, SIZE)).max() <= 4e-3
+    assert quick_stats(coarse)["interpolation"] == "shader" and np.abs(picture - raycast(hard, SIZE)).max() <= 4e-3
 
 
 def test_the_estimate_of_a_picture_counts_its_weights(renderer: Renderer, coarse: Renderer) -> None:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from support.odd_scenes.outcomes import differences, size_of
 from support.pipelines import SAME, compared
 from support.planted import slabs_per_blend
+from support.quick_stats import quick_stats
 from support.scenes import BONE, inside, random_volume
 
 from texvol.cli.command_line import main
@@ -46,7 +47,7 @@ def both(renderer: Renderer, by_compute: Renderer, scene: Scene, **how: Any) -> 
     """Largest difference of the pictures of both pipelines, relative to the size of their numbers."""
     one, other = (np.asarray(each.render(scene, SIZE, **how)) for each in (renderer, by_compute))
     assert one[np.isfinite(one)].any()
-    assert (renderer.stats["pipeline"], by_compute.stats["pipeline"]) == ("fragment", "compute")
+    assert (quick_stats(renderer)["pipeline"], quick_stats(by_compute)["pipeline"]) == ("fragment", "compute")
     return float(differences(other, one).max() / size_of(one))
 
 
@@ -103,7 +104,7 @@ def test_stacks_of_few_slabs_are_the_same_in_every_target(
 def test_tiles_of_a_maximum_error_are_the_same(renderer: Renderer, by_compute: Renderer) -> None:
     scene = Scene(NOISE, BONE, Camera.framing(NOISE), classification="extinction")
     pictures = [np.asarray(each.render(scene, (96, 96), max_error=1e-3)) for each in (renderer, by_compute)]
-    assert len(by_compute.stats["tiles"]) > 1 and np.abs(pictures[1] - pictures[0]).max() <= SAME
+    assert len(quick_stats(by_compute, samples=True)["tiles"]) > 1 and np.abs(pictures[1] - pictures[0]).max() <= SAME
 
 
 def test_a_mistake_of_the_compute_shader_shows(renderer: Renderer) -> None:
@@ -168,7 +169,7 @@ def test_the_probe_is_made_once_and_leaves_the_picture_alone(
     monkeypatch.setattr(compositor, "faster", found)
     with Renderer() as auto:
         pictures: list[NDArray[np.float32]] = [auto.render(scene, SIZE) for _ in range(2)]
-        assert auto.stats["pipeline"] == "compute" and len(asked) == 1
+        assert quick_stats(auto)["pipeline"] == "compute" and len(asked) == 1
     for picture in pictures:
         assert np.abs(picture - renderer.render(scene, SIZE)).max() <= SAME
 
@@ -203,7 +204,7 @@ def test_a_driver_without_compute_shaders_says_so(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(compositor, "is_software", lambda context: False)
     with Renderer() as auto:
         auto.render(Scene(NOISE, BONE), (8, 8))
-        assert auto.stats["pipeline"] == "fragment"
+        assert quick_stats(auto)["pipeline"] == "fragment"
 
 
 def test_compute_shaders_are_found_by_their_extension_too(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from support.odd_scenes.scenes import odd_scene
+from support.quick_stats import quick_stats
 from support.scenes import BONE, constant, inside, random_volume, smooth_volume
 
 from texvol.opengl.wilson import sections
@@ -112,7 +113,7 @@ def test_bricks_are_the_same(classification: Classification, megabytes: float, p
     with Renderer(texture_memory=megabytes) as small:
         stacks = small.render(scene, SIZE, sampling_rate=1.5)
         polygons = small.render(scene, SIZE, sampling_rate=1.5, slicing="polygons")
-        assert small.stats["bricks_drawn"] > 3
+        assert quick_stats(small)["bricks_drawn"] > 3
     assert np.abs(polygons - stacks).max() <= SAME
 
 
@@ -129,7 +130,7 @@ def test_every_slab_is_drawn_once(renderer: Renderer) -> None:
     counts = []
     for slicing in ("stacks", "polygons"):
         renderer.render(scene, SIZE, early_termination=0, skip_empty=False, slicing=slicing)
-        counts.append((renderer.stats["samples"], renderer.stats["slicing"]))
+        counts.append((quick_stats(renderer, samples=True)["samples"], quick_stats(renderer)["slicing"]))
     assert counts == [(counts[0][0], "stacks"), (counts[0][0], "polygons")]
 
 
@@ -229,7 +230,7 @@ def test_bricks_of_wilson_are_the_whole() -> None:
     for megabytes in (None, 0.16):
         with Renderer(texture_memory=megabytes) as renderer:
             pictures.append(renderer.render(scene, SIZE, slicing="wilson", texture_format="rgba32f"))
-            assert (renderer.stats["bricks_drawn"] > 3) == (megabytes is not None)
+            assert (quick_stats(renderer)["bricks_drawn"] > 3) == (megabytes is not None)
     # A pixel whose middle is on the edge of a polygon may be in it or not.
     assert np.sort(np.abs(pictures[0] - pictures[1]).max(axis=2), axis=None)[-4] <= SAME
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from support.quick_stats import quick_stats
 from support.scenes import BONE, FOG, constant, inside, random_volume, smooth_volume, sparse_volume
 
 from texvol import (
@@ -162,7 +163,7 @@ def test_bricks_and_leaps_make_the_same_picture(renderer: Renderer, classificati
     assert np.abs(renderer.render(scene, SMALL, sampling_rate=1.5) - expected).max() < 2e-6
     with Renderer(texture_memory=0.1) as pieces:
         assert np.abs(pieces.render(scene, SMALL, sampling_rate=1.5) - expected).max() < 2e-6
-        assert pieces.stats["bricks_total"] > 1 and expected[..., 3].max() > 0.1
+        assert quick_stats(pieces)["bricks_total"] > 1 and expected[..., 3].max() > 0.1
 
 
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
@@ -184,7 +185,7 @@ def test_a_cap_has_the_colour_of_the_matter_that_is_cut(renderer: Renderer) -> N
     expected = np.zeros((16, 32, 4))
     expected[:, :16], expected[:, 16:] = (1, 0, 0, 1), (0, 1, 0, 1)
     np.testing.assert_allclose(picture, expected, atol=1e-6)
-    assert "caps" in renderer.stats["modelled"] and "clip planes" in renderer.stats["modelled"]
+    assert "caps" in quick_stats(renderer)["modelled"] and "clip planes" in quick_stats(renderer)["modelled"]
     # From behind, the plane opens nothing: the ray leaves there.
     behind = replace(scene, camera=Camera.orthographic((7.5, 50, 3.5), (7.5, 0, 3.5), (0, 0, 1), height=8))
     assert renderer.render(behind, (32, 16))[..., 3].max() < 0.2

@@ -14,6 +14,7 @@ from weakref import ref
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from support.quick_stats import quick_stats
 from support.scenes import BONE, FOG, smooth_volume
 
 from texvol.__main__ import main
@@ -65,7 +66,7 @@ def scene_of(values: NDArray, medium: TransferFunction = FOG, projection: Projec
 def drawn(renderer: Renderer, scene: Scene, apart: float, **how: Any) -> tuple[NDArray, list[int]]:
     """The picture of samples so many voxels apart, and how often the volume was halved for it."""
     picture = renderer.render(scene, SIZE, slab_thickness=apart * float(scene.volume.spacing.max()), **how)
-    return picture, renderer.stats["halvings"]
+    return picture, quick_stats(renderer)["halvings"]
 
 
 def in_full(renderer: Renderer, scene: Scene, apart: float) -> NDArray:
@@ -117,6 +118,7 @@ def test_the_estimate_leaves_the_halved_volume_where_it_is(
     full = in_full(renderer, scene, 9)
     first, halvings = drawn(renderer, scene, 9)
     assert halvings == [1, 1, 1] and renderer.stats["texture_format"] == texels
+    assert renderer.stats["estimated_error"] > 0
     assert not np.array_equal(full, first)
     uploads = renderer._pictures.in_memory.cache.volumes[0].textures.uploads
     with patch("texvol.opengl.empty_space.Cells.of", side_effect=AssertionError):
@@ -133,6 +135,7 @@ def test_a_volume_is_halved_once(renderer: Renderer, monkeypatch: pytest.MonkeyP
     for apart in (1, 6, 0.5, 7):
         moved = replace(scene, camera=Camera.framing(scene.volume, eye=scene.volume.centre + (90, 70 + apart, 80)))
         assert drawn(renderer, moved, apart)[1] == ([1, 1, 1] if apart >= 6 else [0, 0, 0])
+        assert renderer.stats["estimated_error"] > 0  # which draws the full one
 
 
 @pytest.mark.parametrize(
@@ -159,10 +162,10 @@ def test_only_axes_of_thick_slabs_and_even_counts_are_halved(
     scene = Scene(Volume(waves((64, 63, 128)), (0.5, 1.0, 2.0)), FOG, classification="post")
     for thickness, halvings in ((1.99, [0, 0, 0]), (2, [1, 0, 0]), (4.5, [2, 0, 0]), (8, [3, 0, 1])):
         renderer.render(scene, SIZE, slab_thickness=thickness)
-        assert renderer.stats["halvings"] == halvings
+        assert quick_stats(renderer)["halvings"] == halvings
     for rate, halvings in ((1 / 3.9, [0, 0, 0]), (1 / 4, [1, 0, 0])):
         renderer.render(scene, SIZE, sampling_rate=rate)
-        assert renderer.stats["halvings"] == halvings
+        assert quick_stats(renderer)["halvings"] == halvings
 
 
 def test_a_volume_may_be_halved_twice(renderer: Renderer) -> None:
@@ -257,9 +260,9 @@ def test_a_wanted_error_is_that_of_all_samples(renderer: Renderer, monkeypatch: 
     with Renderer() as other:
         picture = renderer.render(scene, SIZE, max_error=0.9)
         thickness, estimate = renderer.settings["slab_thickness"], renderer.estimate
-        assert thickness >= 4 and renderer.stats["halvings"] == [0, 0, 0]
+        assert thickness >= 4 and quick_stats(renderer)["halvings"] == [0, 0, 0]
         assert renderer.render(scene, SIZE, slab_thickness=thickness).tobytes() != picture.tobytes()
-        assert renderer.stats["halvings"] == [2, 2, 2]
+        assert quick_stats(renderer)["halvings"] == [2, 2, 2]
         monkeypatch.setattr(coarser, "may_be_coarser", None)
         assert other.render(scene, SIZE, max_error=0.9).tobytes() == picture.tobytes()
         assert (other.settings["slab_thickness"], other.estimate) == (thickness, estimate)
@@ -315,7 +318,7 @@ def test_a_picture_is_the_same_with_leaps_as_without(renderer: Renderer, project
     scene = KINDS[kind](scene_of(values, projection=projection))
     leaping, halvings = drawn(renderer, scene, 9)
     assert halvings == [1, 1, 1]
-    stats = renderer.stats
+    stats = quick_stats(renderer, samples=True)
     assert stats["cells_drawn"] < stats["cells_total"] and stats["samples"] < 0.8 * stats["samples_total"]
     plain, halvings = drawn(renderer, scene, 9, skip_empty=False)
     assert halvings == [1, 1, 1]
@@ -350,7 +353,7 @@ def test_in_bricks_it_is_the_same_picture(renderer: Renderer, megabytes: float) 
     with Renderer(texture_memory=megabytes) as small:
         picture, halvings = drawn(small, scene, 9)
         assert halvings == [1, 1, 1]
-        assert (small.stats["bricks_total"] > 1) == (megabytes < 0.2)
+        assert (quick_stats(small)["bricks_total"] > 1) == (megabytes < 0.2)
     np.testing.assert_allclose(picture, whole, rtol=0, atol=SAME)
 
 
@@ -359,7 +362,7 @@ def test_a_proposed_transfer_function_is_that_of_all_samples(renderer: Renderer)
     picture, halvings = drawn(renderer, scene, 9)
     known = replace(scene, transfer_function=look_for(scene.volume))
     np.testing.assert_array_equal(picture, drawn(renderer, known, 9)[0])
-    assert halvings == renderer.stats["halvings"]
+    assert halvings == quick_stats(renderer)["halvings"]
 
 
 def test_without_a_camera_the_same_box_is_framed(renderer: Renderer) -> None:

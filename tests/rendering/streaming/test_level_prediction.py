@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 from support.large import large
+from support.quick_stats import quick_stats
 
 from texvol import Camera, Renderer, Scene, TransferFunction, Volume
 from texvol.rendering.streaming.left_out import Guide, most_around
@@ -152,7 +153,7 @@ def test_chunks_that_only_coarse_levels_show_are_not_read(renderer: Renderer) ->
     assert 0 < own.sum() < own.size
     assert np.array_equal(finest.reads > 0, own)
     assert halved.reads.max() == 1  # for the prediction, and not once more for the parts
-    assert renderer.stats["parts"]["level_error"] == pytest.approx(found.moved)
+    assert quick_stats(renderer)["parts"]["level_error"] == pytest.approx(found.moved)
     assert 0 < found.moved <= 0.75 * 0.03
     truth = renderer.render(replace(scene, volume=volume), SIZE, sampling_rate=8)
     assert np.abs(drawn - truth).max() <= 0.03
@@ -167,7 +168,7 @@ def test_a_region_goes_on_beyond_its_end_as_it_ends(renderer: Renderer) -> None:
     camera = Camera.orthographic((47.5, 47.5, -200), tuple(volume.centre), (0, 1, 0), height=96)
     scene = Scene(stored, FOG, camera, classification="post")
     drawn = renderer.render(scene, SIZE, max_error=0.01)
-    assert set(renderer.stats["parts"]["levels"]) == {"0", "1"}
+    assert set(quick_stats(renderer)["parts"]["levels"]) == {"0", "1"}
     # ∫ τ dz over 96 samples of 200.
     opacity = -np.expm1(-0.02 * 200 / 255 * 96)
     truth = renderer.render(replace(scene, volume=volume), SIZE, sampling_rate=8)[..., 3]

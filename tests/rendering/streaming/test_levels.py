@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 from support.large import large
+from support.quick_stats import quick_stats
 
 from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume
 from texvol.cli.command_line import main
@@ -52,7 +53,8 @@ def test_near_regions_are_finer(renderer: Renderer) -> None:
     eye = (15.5, 15.5, -40.0)
     scene = Scene(stored, FOG, Camera.perspective(eye, (15.5, 15.5, 100), (0, 1, 0), fov=60))
     renderer.render(scene, (24, 24))
-    assert set(renderer.stats["parts"]["levels"]) >= {"0", "1", "2"} or len(renderer.stats["parts"]["levels"]) > 1
+    levels = quick_stats(renderer)["parts"]["levels"]
+    assert set(levels) >= {"0", "1", "2"} or len(levels) > 1
 
 
 def test_a_level_that_is_asked_for_is_that_of_all_regions(renderer: Renderer) -> None:
@@ -63,7 +65,7 @@ def test_a_level_that_is_asked_for_is_that_of_all_regions(renderer: Renderer) ->
     scene = Scene(stored, FOG, Camera.perspective(eye, volume.centre, (0, 1, 0), fov=40), classification="post")
     for level in (0, 1):
         renderer.render(scene, SIZE, level=level)
-        assert set(renderer.stats["parts"]["levels"]) == {str(level)}
+        assert set(quick_stats(renderer)["parts"]["levels"]) == {str(level)}
     drawn = renderer.render(scene, SIZE, level=0, max_error=0.005)
     truth = renderer.render(replace(scene, volume=volume), SIZE, sampling_rate=8)
     assert np.abs(drawn - truth).max() <= 0.005
@@ -73,10 +75,10 @@ def test_settings_draw_a_picture_of_several_levels_again(renderer: Renderer) -> 
     stored, _ = large(Volume(np.full((512, 32, 32), 100, np.uint8)), 32)
     scene = Scene(stored, FOG, Camera.perspective((15.5, 15.5, -40.0), (15.5, 15.5, 100), (0, 1, 0), fov=60))
     first = renderer.render(scene, (24, 24))
-    levels, settings = renderer.stats["parts"]["levels"], renderer.settings
+    levels, settings = quick_stats(renderer)["parts"]["levels"], renderer.settings
     assert len(levels) > 1
     again = renderer.render(replace(scene, classification="post"), (24, 24), **settings)
-    assert renderer.stats["parts"]["levels"] == levels
+    assert quick_stats(renderer)["parts"]["levels"] == levels
     assert np.array_equal(first, again)
 
 
@@ -89,7 +91,7 @@ def test_matter_that_depends_on_the_gradient_has_coarse_levels(renderer: Rendere
     coarse = renderer.render(scene, SIZE, level=1)
     assert np.abs(coarse - fine).mean() < 0.1 < fine[..., 3].max()
     renderer.render(scene, SIZE, max_error=0.1)
-    assert set(renderer.stats["parts"]["levels"]) == {"0"}  # nothing predicts how far coarse ones are off
+    assert set(quick_stats(renderer)["parts"]["levels"]) == {"0"}  # nothing predicts how far coarse ones are off
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -158,7 +160,7 @@ def test_a_plan_is_what_is_read(renderer: Renderer) -> None:
     assert not finest.reads.any()
     renderer.render(scene, SIZE, level=0)
     assert foreseen.chunks == np.count_nonzero(finest.reads) and foreseen.chunks_total == finest.reads.size
-    assert foreseen.metadata["levels"] == renderer.stats["parts"]["levels"]
+    assert foreseen.metadata["levels"] == quick_stats(renderer)["parts"]["levels"]
     with pytest.raises(InputError, match="plan: needs a volume in a store"):
         plan(replace(scene, volume=volume), SIZE)
 

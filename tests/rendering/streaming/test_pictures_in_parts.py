@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 from support.large import large
+from support.quick_stats import quick_stats
 
 from texvol import Camera, ClipPlane, DepthCue, InputError, Lighting, Renderer, Scene, TransferFunction, Volume, raycast
 from texvol.rendering.checking import chosen_pixels
@@ -53,7 +54,7 @@ def test_the_picture_is_that_of_the_volume_in_memory(
     scene = Scene(volume, HAZE, camera_of(volume, projection), classification=classification)
     stored, _ = large(volume)
     drawn = renderer.render(replace(scene, volume=stored), SIZE, level=0)
-    assert renderer.stats["parts"]["regions_drawn"] > 3
+    assert quick_stats(renderer)["parts"]["regions_drawn"] > 3
     assert_allclose(drawn, renderer.render(scene, SIZE), atol=ROUNDING)
 
 
@@ -101,7 +102,7 @@ def test_what_lies_behind_opaque_matter_is_not_read(renderer: Renderer) -> None:
     camera = Camera.framing(stored, eye=stored.centre - np.array([0, 0, 1000.0]))
     renderer.render(Scene(stored, opaque, camera, classification="post"), SIZE, level=0)
     assert finest.reads[0].all() and not finest.reads[4:].any()
-    assert renderer.stats["parts"]["regions_hidden"] > 0
+    assert quick_stats(renderer)["parts"]["regions_hidden"] > 0
 
 
 def test_what_is_off_the_screen_or_cut_away_is_not_read(renderer: Renderer, volume: Volume) -> None:
