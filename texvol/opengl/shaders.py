@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
+from functools import lru_cache, partial
 from itertools import takewhile
 from pathlib import Path
 from types import MappingProxyType
@@ -126,13 +126,9 @@ def load_program(
         A file is missing, a switch is unknown or has no value, or the driver refuses the source.
     """
     names = vertex or f"{name}.vert", f"{name}.frag"
-    files: list[str] = []
-    sources = [_source(folder, file, defines, files) for file in names]
-    _check_switches(sources, defines, " and ".join(names))
     has_room = gl.info["GL_MAX_VERTEX_OUTPUT_COMPONENTS"] >= _ROOM
-    if has_room:
-        sources[0] = _handing_on(*sources)
-    sources[1] = sources[1].replace("\nflat uniform ", "\nflat in " if has_room else "\nuniform ")
+    stages = _stages if folder == FOLDER else _stages.__wrapped__
+    sources, files = stages(folder, names, tuple(defines.items()), has_room)
     try:
         with (
             postponed()
@@ -140,6 +136,19 @@ def load_program(
             return gl.program(vertex_shader=sources[0], fragment_shader=sources[1])
     except moderngl.Error as error:
         raise ShaderError(f"{' and '.join(names)}: {_with_files(str(error), files)}") from None
+
+
+@lru_cache(2 * _MOST_PROGRAMS)  # some 0.1 MB each, and 9 ms for the programs of a second Renderer
+def _stages(
+    folder: Path, names: tuple[str, str], defines: tuple[tuple[str, int], ...], has_room: bool
+) -> tuple[tuple[str, str], list[str]]:
+    """Return the text of a vertex and a fragment shader, and the files that it is made of."""
+    files: list[str] = []
+    vertex, fragment = (_source(folder, file, dict(defines), files) for file in names)
+    _check_switches([vertex, fragment], dict(defines), " and ".join(names))
+    if has_room:
+        vertex = _handing_on(vertex, fragment)
+    return (vertex, fragment.replace("\nflat uniform ", "\nflat in " if has_room else "\nuniform ")), files
 
 
 def load_compute(
