@@ -121,11 +121,11 @@ def test_of_many_frames_no_more_is_made_than_is_read(tmp_path: Path, capfd: pyte
     dataset = slice_of(0, np.zeros((1, 1), np.uint8), SpacingBetweenSlices=1)
     dataset.NumberOfFrames, dataset.PixelData = 200_000, bytes(200_000)
     dataset.save_as(tmp_path / "v.dcm", enforce_file_format=True)
-    start = time.perf_counter()
+    start = time.process_time()
     assert "must be at most 65536, got 200000" in refused(tmp_path / "v.dcm", capfd)
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1
     dataset.NumberOfFrames, dataset.PixelData = 20_000, bytes(20_000)
     dataset.save_as(tmp_path / "w.dcm", enforce_file_format=True)
-    start = time.perf_counter()
+    start = time.process_time()
     assert load(tmp_path / "w.dcm").dimensions == (1, 1, 20_000)
-    assert time.perf_counter() - start < 5  # 1 s on one core at 3 GHz
+    assert time.process_time() - start < 5  # 1 s on one core at 3 GHz
