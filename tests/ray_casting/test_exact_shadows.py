@@ -11,7 +11,7 @@ from support.scenes import random_volume
 from texvol import Camera, Scene, TransferFunction, Volume, raycast
 from texvol.ray_casting.lit.panels import TOLERANCE, panels_along
 from texvol.scene.added_volume import AddedVolume
-from texvol.scene.lighting import Light, Lighting, shadow_distance, unit
+from texvol.scene.lighting import Light, Lighting, shadow_distance
 
 TAU = 0.2
 FOG = TransferFunction([0.0], [(1.0, 0.5, 0.25)], [TAU])
@@ -25,7 +25,8 @@ LIGHTS = {
 def transmittance(light: Light, positions: np.ndarray) -> np.ndarray:
     """In fog, of positions (n, 3) moved by the bias: e to the minus the length in the box times the extinction."""
     vector = np.array(light.vector)
-    towards = np.array([unit(vector if light.kind == "directional" else vector - each) for each in positions])
+    towards = np.broadcast_to(vector, positions.shape) if light.kind == "directional" else vector - positions
+    towards = towards / np.linalg.norm(towards, axis=1, keepdims=True)
     moved = positions + shadow_distance(BOX) * towards
     low, high = BOX.box_corner, BOX.box_corner + np.diag(BOX.box_edges)
     faces = np.sort(np.stack([(low - moved) / towards, (high - moved) / towards]), axis=0)
