@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -52,7 +53,12 @@ def parsed(path: Path) -> ast.Module:
     return ast.parse(path.read_text(encoding="utf-8"))
 
 
-TREES = {path: parsed(path) for path in SOURCES}
+@cache
+def trees() -> dict[Path, ast.Module]:
+    """Syntax trees of all modules, which take seconds: not when the tests are collected, by each process."""
+    return {path: parsed(path) for path in SOURCES}
+
+
 PLUGINS = sorted((REPOSITORY / "plugins").rglob("*.py"))  # packages of their own
 
 
@@ -66,12 +72,14 @@ def imports(tree: ast.Module) -> Iterator[str]:
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
-IMPORTS = {module: set(imports(TREES[path])) for module, path in MODULES.items()}
+@cache
+def imports_of_all() -> dict[str, set[str]]:
+    return {module: set(imports(trees()[path])) for module, path in MODULES.items()}
 
 
 def imported_modules(module: str) -> set[str]:
     """Modules of texvol that a module imports, but for itself."""
-    own = {name for name in IMPORTS[module] if name.split(".")[0] == "texvol"}
+    own = {name for name in imports_of_all()[module] if name.split(".")[0] == "texvol"}
     names = {name.removeprefix("texvol").removeprefix(".") for name in own}
     return {name if name in MODULES else name.rpartition(".")[0] for name in names} - {module}
 
@@ -89,12 +97,14 @@ def circles(graph: dict[str, set[str]]) -> list[str]:
     return sorted(node for node in graph if node in reached[node])
 
 
-GRAPH = {module: imported_modules(module) for module in MODULES}
+@cache
+def graph() -> dict[str, set[str]]:
+    return {module: imported_modules(module) for module in MODULES}
 
 
 def test_no_import_points_up() -> None:
     places = {package: number for number, package in enumerate(ORDER)}
-    inner = {module: edges for module, edges in GRAPH.items() if module not in ("", "__main__")}
+    inner = {module: edges for module, edges in graph().items() if module not in ("", "__main__")}
     pairs = {(a, b) for a, edges in inner.items() for b in edges}
     assert not {f"{a} imports texvol itself" for a, b in pairs if not b}
     # A table of packages in one order has no circle between packages where no import points up.
@@ -104,18 +114,18 @@ def test_no_import_points_up() -> None:
 
 def test_no_circle_between_files() -> None:
     assert circles({"a": {"b"}, "b": {"c"}, "c": {"b"}}) == ["b", "c"]
-    assert not circles({module: edges - {""} for module, edges in GRAPH.items() if module})
+    assert not circles({module: edges - {""} for module, edges in graph().items() if module})
 
 
 @pytest.mark.parametrize("package", KEEPS_TO)
 def test_a_package_keeps_to_few_others(package: str) -> None:
-    found = {b.split(".")[0] for a, edges in GRAPH.items() if a.split(".")[0] == package for b in edges}
+    found = {b.split(".")[0] for a, edges in graph().items() if a.split(".")[0] == package for b in edges}
     assert found <= KEEPS_TO[package]
 
 
 @pytest.mark.parametrize("library", USERS)
 def test_a_library_is_used_in_one_place(library: str) -> None:
-    found = {module for module, names in IMPORTS.items() if library in {name.split(".")[0] for name in names}}
+    found = {module for module, names in imports_of_all().items() if library in {name.split(".")[0] for name in names}}
     places = tuple(USERS[library].split())
     assert all(module.startswith(places) for module in found), found
     assert found or library in ("glcontext", "OpenGL"), "these are used by moderngl and imgui-bundle only"
@@ -141,7 +151,7 @@ def test_a_file_fits_its_page() -> None:
 
 def test_functions_fit_a_screen() -> None:
     long = []
-    for path, tree in (TREES | {path: parsed(path) for path in PLUGINS}).items():
+    for path, tree in (trees() | {path: parsed(path) for path in PLUGINS}).items():
         for node in ast.walk(tree):
             if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
                 first = node.body[1] if ast.get_docstring(node) and len(node.body) > 1 else node.body[0]
@@ -152,7 +162,7 @@ def test_functions_fit_a_screen() -> None:
 
 
 def test_shaders_are_files() -> None:
-    for path, tree in TREES.items():
+    for path, tree in trees().items():
         strings = (
             node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)
         )
