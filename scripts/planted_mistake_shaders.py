@@ -169,18 +169,21 @@ IN_SHADERS = (
         CLOSED_FORMS,
     ),
     _wrong(
-        "float mean_fraction(float extinction_in_front, float extinction_behind, float depth, float opacity)",
-        "return 0.5 + 1e-20 * mean_fraction_right(extinction_in_front, extinction_behind, depth, opacity);",
+        "vec4 over_shallow(vec4 color, vec4 front, vec4 behind, float path_length)",
+        (
+            "vec3 middle = 0.5 * (front.rgb + behind.rgb); "
+            "return over_shallow_right(color, vec4(middle, front.a), vec4(middle, behind.a), path_length);"
+        ),
         "the colour of a slab is that of its middle",
         _LINEAR,
     ),
     _wrong(
         (
-            "vec4 color_through(vec4 front, vec4 middle, vec4 behind, float length, vec3 position, vec3 "
-            "step, float depth, float depth_step)"
+            "vec4 over_slab(vec4 color, inout Place place, vec4 middle, vec4 behind, float length, vec3 position, "
+            "vec3 step, float depth, float depth_step)"
         ),
-        "return color_through_right(front, front, behind, length, position, step, depth, depth_step);",
-        "the middle of a slab is looked up at its front",
+        "return over_slab_right(color, place, behind, behind, length, position, step, depth, depth_step);",
+        "the middle of a slab is looked up at its back",
         "test_closed_forms_drawn.py -k 'integrated'",
     ),
     _wrong(

@@ -1,138 +1,150 @@
-// The transfer function integrated along a slab on which the value is linear: the slab is cut into intervals on
-// which the medium is linear, too.
+// The transfer function integrated along a path on which the value is linear: the path is cut into intervals on which
+// the medium is linear, too, and of an optical depth of at most 1.
+//
+// A loop goes through its body at least once, whatever its condition: Mesa's software driver has no branch that a
+// whole vector of pixels takes or leaves, but for the end of a loop. So each turn crosses an interval, the last one too.
 //
 // Switches: RAMPS, MISSING, EMISSIVE: see classify.glsl. With ramps, intervals end where a ramp does.
-//           LIT: see medium.glsl.
+//           SHALLOW 1: no interval is deeper than 1, see optics.glsl.
 
 #include "classify.glsl"
 
-// Abscissae and weights of Gauss-Legendre quadrature for three points on [0, 1], and of Gauss-Laguerre quadrature.
-const vec3 GAUSS_AT = vec3(0.11270166537925831, 0.5, 0.8872983346207417);
-const vec3 GAUSS_WEIGHT = vec3(0.2777777777777778, 0.4444444444444444, 0.2777777777777778);
-
-const vec3 LAGUERRE_AT = vec3(0.41577455678347908, 2.2942803602790417, 6.2899450829374792);
-const vec3 LAGUERRE_WEIGHT = vec3(0.71109300992917302, 0.27851773356924085, 0.010389256501586136);
-
-#if RAMPS && !LIT
-// -log(1 - x) / x for the opacity x at each of the three points, where the opacity of the whole interval is at most
-// 1. The smaller x is, the simpler a rational minimax function is near enough: errors are 2e-8, 4e-8 and 5e-7 of the
-// result.
-vec3 depths_per_opacity(vec3 x) {
-    float first = (0.99999998 - x.x * (0.25891331 + 0.04635436 * x.x)) / (1.0 - 0.75891874 * x.x);
-    float second = (0.99999997 + x.y * (-0.93621589 + x.y * (0.09517549 + 0.01166111 * x.y)))
-        / (1.0 + x.y * (-1.43621948 + 0.48001545 * x.y));
-    return vec3(first, second, depth_per_opacity(x.z));
-}
-#endif
-
-// Mean position of the light from an interval of constant emission per extinction, as a fraction of the interval:
-// the mean of t(A) over the opacities A from 0 to that of the whole interval, where -log(1 - A) is the optical depth
-// in front of t. Extinction is linear, so that t solves a quadratic equation.
-float mean_fraction(float extinction_in_front, float extinction_behind, float depth, float opacity) {
-    float square = extinction_in_front * extinction_in_front;
-    float squares = extinction_behind * extinction_behind - square;
-#if RAMPS && !LIT
-    vec3 fractions = (opacity / depth) * GAUSS_AT * depths_per_opacity(opacity * GAUSS_AT);
-    vec3 roots = sqrt(max(square + squares * fractions, 0.0));
-    vec3 means = fractions * (extinction_in_front + extinction_behind) / (extinction_in_front + roots);
-    return dot(GAUSS_WEIGHT, min(means, 1.0));
-#else
-    // A loop, and logarithms: with light or segments beside it, Mesa's compiler takes minutes for more in one piece.
-    float mean = 0.0;
-    for (int i = 0; i < 3; ++i) {
-        float fraction = depth_from_opacity(opacity * GAUSS_AT[i]) / depth;
-        float root = sqrt(max(square + squares * fraction, 0.0));
-        float t = fraction * (extinction_in_front + extinction_behind) / (extinction_in_front + root);
-        mean += GAUSS_WEIGHT[i] * min(t, 1.0);
-    }
-    return mean;
-#endif
-}
-
-// ∫ E e^-depth over an interval on which emission E and extinction are linear, in parts of optical depth 1 on
-// average: the error of three points is x^7 / 2016000 of a part of depth x. What lies behind a depth of 24 adds
-// 4e-11.
-vec3 emissive_color(vec3 front, vec3 behind, float extinction_in_front, float extinction_behind, float path_length) {
-    float depth = 0.5 * (extinction_in_front + extinction_behind) * path_length;
-    if (depth > 64.0 && extinction_in_front > 0.1 * extinction_behind) {
-        // Dense from the start: ∫ E/τ e^-u du over the optical depth u, by Gauss-Laguerre quadrature.
-        vec3 deep = vec3(0.0);
-        for (int i = 0; i < 3; ++i) {
-            float fraction = LAGUERRE_AT[i] / depth;
-            float square = extinction_in_front * extinction_in_front;
-            float root = sqrt(mix(square, extinction_behind * extinction_behind, fraction));
-            float t = fraction * (extinction_in_front + extinction_behind) / (extinction_in_front + root);
-            deep += LAGUERRE_WEIGHT[i] * mix(front, behind, t) / root;
-        }
-        return deep;
-    }
-    float parts = clamp(ceil(depth), 1.0, 4096.0);
-    vec3 color = vec3(0.0);
-    float before = 0.0;
-    for (float part = 0.0; part < parts && before < 24.0; part += 1.0) {
-        for (int i = 0; i < 3; ++i) {
-            float t = (part + GAUSS_AT[i]) / parts;
-            before = path_length * t * mix(extinction_in_front, mix(extinction_in_front, extinction_behind, t), 0.5);
-            color += GAUSS_WEIGHT[i] * exp(-before) * mix(front, behind, t);
-        }
-    }
-    return color * (path_length / parts);
-}
+const float ENOUGH = 0.9999999;   // opacity behind which float32 has no digits left
 
 float crossed_depth;              // optical depth of all intervals since it was last set to 0
 
-// Premultiplied colour and opacity of an interval on which the medium is linear from `front` to `behind`.
-vec4 interval_color(vec4 front, vec4 behind, float path_length) {
-    float depth = 0.5 * (front.a + behind.a) * path_length;
-    float opacity = opacity_from_depth(depth);
-    crossed_depth += depth;
+// The function q of `over_shallow`, a minimax polynomial. Its error is 2e-7 where emission is integrated, and 4e-6
+// where it only counts as far as colours differ.
+float slope_integral(float square, float rise) {
 #if EMISSIVE
-    return vec4(emissive_color(front.rgb, behind.rgb, front.a, behind.a, path_length), opacity);
+    float linear = -0.00833212904 + square * (0.00019277012 + 1.59292237e-5 * rise);
+    float rest = (-0.000595024335 - 3.23066647e-5 * rise) - 1.47159489e-6 * (rise * rise);
+    return (-0.0833333073 + square * (0.00138833136 - 3.17413515e-5 * square)) + rise * (linear + rise * rest);
 #else
-    if (depth <= 0.0) return vec4(0.0);
-    return vec4(mix(front.rgb, behind.rgb, mean_fraction(front.a, behind.a, depth, opacity)) * opacity, opacity);
+    float linear = -0.00833151476 + 0.000191884999 * square;
+    return (-0.0833293864 + 0.00135667593 * square) + rise * (linear - rise * (0.000581973913 + 3.27713893e-5 * rise));
 #endif
 }
 
+// `color` over an interval on which the medium is linear from `front` to `behind`, of an optical depth x from 0 to 1.
+// With y, half of what the depth of as long a path would rise by from the one medium to the other, and
+// u(t) = x t + y (t² - t), φ = (1 - e^-x) / x:
+//
+//     ∫ e^-u dt = φ (1 - 2 y q)     ∫ (t - 1/2) e^-u dt = φ x q     ∫ (t - 1/2) u' e^-u dt = -φ (2 y q + b)
+//
+// where q(x², y) and b = x/2 coth(x/2) - 1 are smooth and even in x, so that they have few terms. That of b is 2e-6 x
+// off at most.
+vec4 over_shallow(vec4 color, vec4 front, vec4 behind, float path_length) {
+    float half_length = 0.5 * path_length;
+    float depth = (behind.a + front.a) * half_length;
+    float rise = (behind.a - front.a) * half_length;
+    float half_mean = mean_transmittance_of_shallow(0.5 * depth);
+    float mean = (1.0 - color.a) * (half_mean * (1.0 - 0.25 * depth * half_mean));
+    float opacity = depth * mean;
+    float square = depth * depth;
+    float q = slope_integral(square, rise);
+#if EMISSIVE
+    float even = mean * (half_length - path_length * rise * q);
+    float odd = mean * path_length * depth * q;
+#else
+    float b = square * (0.0833233951 - 0.0013486739 * square);
+    float even = 0.5 * opacity;
+    float odd = -mean * (2.0 * rise * q + b);
+#endif
+    return color + vec4((even - odd) * front.rgb + (even + odd) * behind.rgb, opacity);
+}
+
+#if SHALLOW
+// `color` over an interval on which the medium is linear from `front` to `behind`, or over its start that is shallow
+// enough; return what fraction that is of the interval. `front` becomes the medium at the end.
+float cross_interval(inout vec4 color, inout vec4 front, vec4 behind, float path_length) {
+    color = over_shallow(color, front, behind, path_length);
+    front = behind;
+    return 1.0;
+}
+#else
+float cross_interval(inout vec4 color, inout vec4 front, vec4 behind, float path_length) {
+    float sum = front.a + behind.a;
+    float depth = 0.5 * sum * path_length;
+    float shallow = depth > 1.0 ? 1.0 / depth : 1.0;
+    // Where extinction is linear, the fraction up to an optical depth solves a quadratic equation.
+    float root = sqrt(mix(front.a * front.a, behind.a * behind.a, shallow));
+    float fraction = shallow * sum / (front.a + root);
+    bool is_last = depth <= 1.0 || color.a > ENOUGH;
+    vec4 end = is_last ? behind : mix(front, behind, fraction);
+    // Behind an opaque medium no colour counts, but numbers must stay finite.
+    color = over_shallow(color, front, end, path_length * (is_last ? shallow : fraction));
+    crossed_depth += is_last ? depth : 1.0;
+    front = end;
+    return is_last ? 1.0 : fraction;
+}
+#endif
+
 #if RAMPS
+
+// Where a path has come.
+struct Front {
+    float value;
+    vec4 medium;                  // at this value
+};
+
+Front front_at(float value) {
+    return Front(value, medium_of_value(value));
+}
 
 // `bend` if it lies behind `value` and before `next`, or else `next`.
 float bend_behind(float bend, float value, float next) {
     return bend > value && bend < next ? bend : next;
 }
 
-// The next value behind `value` at which a ramp starts or ends, all times `sign`; at most `end`.
+// The next value behind `value` at which a ramp starts or ends, all times `sign`; at most `end`. Ramps end where the
+// next one starts.
 float next_bend(float sign, float value, float end) {
     float next = end;
-#define BEND(rise, position, i) \
-    next = bend_behind(sign * position.x, value, bend_behind(sign * position.z, value, next));
+    float last;
+#define BEND(rise, position, i) next = bend_behind(sign * position.x, value, next); last = position.z;
     EACH_RAMP(BEND)
+    next = bend_behind(sign * last, value, next);
     return next;
 }
 
-// Colour and opacity of a slab along which the value is linear from `front` to `behind`: its intervals between the
-// bends, composited. 0 if either value is NaN.
-vec4 color_between_values(float front, float behind, float path_length) {
-    if (!(front == front) || !(behind == behind)) return vec4(0.0);
+// `color` over a path along which the value is linear from `front` to `behind`, where `front` goes on to: over its
+// intervals between the bends. Nothing is added if either value is NaN.
+vec4 over_path(vec4 color, inout Front front, float behind, float path_length) {
     // Where values fall, their negatives are counted.
-    float sign = behind < front ? -1.0 : 1.0;
+    float sign = behind < front.value ? -1.0 : 1.0;
     float end = sign * behind;
-    float value = sign * front;
+    float value = sign * front.value;
     float rise = end - value;
-    vec4 medium = medium_of_value(front);
-    vec4 color = vec4(0.0);
+#if MISSING
+    if (!(front.value == front.value) || !(behind == behind)) path_length = 0.0;
+#endif
+    float left = 1.0;
     for (;;) {
         float next = next_bend(sign, value, end);
-        vec4 next_medium = medium_of_value(sign * next);
-        float length = rise > 1e-37 ? path_length * ((next - value) / rise) : path_length;
-        color = over(color, interval_color(medium, next_medium, length));
-        if (next >= end) return color;
-        value = next;
-        medium = next_medium;
+        float part = next - value;
+        float length = part < rise ? path_length * (part / rise) : path_length;
+        float crossed = cross_interval(color, front.medium, medium_of_value(sign * next), left * length);
+        bool is_whole = crossed >= 1.0;
+        left = is_whole ? 1.0 : left * (1.0 - crossed);
+        value = is_whole ? next : value;
+        if (is_whole && !(next < end)) break;
     }
+    front.value = behind;
+    return color;
 }
 
 #else
+
+// Where a path has come.
+struct Front {
+    float value;
+    int segment;
+};
+
+Front front_at(float value) {
+    return Front(value, segment_of(value));
+}
 
 // Medium at a value in a segment.
 vec4 medium_in(Segment segment, float value) {
@@ -140,30 +152,38 @@ vec4 medium_in(Segment segment, float value) {
     return vec4(color_at(segment, fraction), extinction_at(segment, fraction));
 }
 
-// Colour and opacity of a slab along which the value is linear from `front` to `behind`: its intervals between
-// control points, composited. 0 if either value is NaN.
-vec4 color_between_values(float front, float behind, float path_length) {
-    if (!(front == front) || !(behind == behind)) return vec4(0.0);
-    int index = segment_of(front);
-    int last = segment_of(behind);
-    int step = last < index ? -1 : 1;
-    vec4 color = vec4(0.0);
-    float value = front;
-    for (;; index += step) {
+// `color` over a path along which the value is linear from `front` to `behind`, where `front` goes on to: over its
+// intervals between control points. Nothing is added if either value is NaN.
+vec4 over_path(vec4 color, inout Front front, float behind, float path_length) {
+    Front last = front_at(behind);
+    if (!(front.value == front.value) || !(behind == behind)) path_length = 0.0;
+    int step = last.segment < front.segment ? -1 : 1;
+    float rise = behind - front.value;
+    float value = front.value;
+    float left = 1.0;
+    vec4 medium = vec4(0.0);
+    for (int index = front.segment;;) {
         Segment segment = segment_at(index);
-        float next = index == last ? behind : (step > 0 ? segment.end : segment.start);
-        float fraction = behind == front ? 1.0 : clamp((next - value) / (behind - front), 0.0, 1.0);
-        if (fraction > 0.0) {
-            if (is_opaque(segment, max(value, next))) {
-                crossed_depth += OPAQUE;
-                return over(color, opaque_color(color_at(segment, fraction_of(segment, value))));
-            }
-            vec4 front_medium = medium_in(segment, value);
-            color = over(color, interval_color(front_medium, medium_in(segment, next), path_length * fraction));
+        float next = index == last.segment ? behind : (step > 0 ? segment.end : segment.start);
+        float length = path_length * (rise == 0.0 ? 1.0 : clamp((next - value) / rise, 0.0, 1.0));
+        if (left == 1.0) medium = medium_in(segment, value);
+        bool is_whole = true;
+        if (length > 0.0 && is_opaque(segment, max(value, next))) {
+            crossed_depth += OPAQUE;
+            color = over(color, opaque_color(medium.rgb));
+        } else {
+            float crossed = cross_interval(color, medium, medium_in(segment, next), left * length);
+            is_whole = crossed >= 1.0;
+            left = is_whole ? 1.0 : left * (1.0 - crossed);
         }
-        if (index == last) return color;
-        value = next;
+        if (is_whole && index == last.segment) break;
+        if (is_whole) {
+            index += step;
+            value = next;
+        }
     }
+    front = last;
+    return color;
 }
 
 #endif

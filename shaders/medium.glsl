@@ -86,20 +86,31 @@ vec4 medium_of(vec4 texel, vec3 position) {
 #endif
 
 #if CLASSIFICATION == 3
-// Premultiplied colour and opacity of half a slab between two texels; its gradient is that in its middle.
-vec4 color_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
-    vec3 gradient = 0.5 * (gradient_of(front) + gradient_of(behind));
-    float weight = weight_at(position);
-    if (weight == 0.0) return vec4(0.0);  // an opaque medium is opaque at any length
-    length *= weight;
-    float factor = modulation_of(magnitude_of(gradient));
-    if (factor == 0.0) return vec4(0.0);
-    length *= factor;
-    vec4 color = color_between_values(value_of(front), value_of(behind), length);
+// Where a path through the medium has come: its value and gradient there.
+struct Place {
+    Front front;
+    vec3 gradient;
+};
+
+Place place_of(vec4 texel) {
+    return Place(front_at(value_of(texel)), gradient_of(texel));
+}
+
+// `color` over half a slab from a place to a texel, where the place goes on to; the gradient of all of it is that in
+// its middle.
+vec4 over_half(vec4 color, inout Place place, vec4 behind, float length, vec3 position, float depth) {
+    vec3 gradient = 0.5 * (place.gradient + gradient_of(behind));
+    place.gradient = gradient_of(behind);
+    length *= weight_at(position) * modulation_of(magnitude_of(gradient));
+#if LIT || CUE
+    vec4 its_color = over_path(vec4(0.0), place.front, value_of(behind), length);
 #if LIT
     Shade shade = shade_at(gradient, to_eye, position);
-    color.rgb = color.rgb * shade.diffuse + color.a * shade.specular;
+    its_color.rgb = its_color.rgb * shade.diffuse + its_color.a * shade.specular;
 #endif
-    return cued(color, depth);
+    return over(color, cued(its_color, depth));
+#else
+    return over_path(color, place.front, value_of(behind), length);
+#endif
 }
 #endif

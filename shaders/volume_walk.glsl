@@ -81,7 +81,8 @@ vec4 glow_of(vec4 texel, vec3 position, float length) {
 // Glow of a path between two texels.
 vec4 glow_between(vec4 front, vec4 behind, float length, vec3 position, float depth) {
     crossed_depth = 0.0;
-    vec4 color = color_between(front, behind, length, position, depth);
+    Place place = place_of(front);
+    vec4 color = over_half(vec4(0.0), place, behind, length, position, depth);
     // As if nothing of it were absorbed on the piece itself.
     float seen = crossed_depth > 0.0 ? color.a / crossed_depth : 1.0;
     return vec4(color.rgb / max(seen, 1e-30), crossed_depth);

@@ -63,8 +63,8 @@ SWITCHES: dict[str, list[Switches]] = {
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),
     "integrate.glsl": [
-        each | {"MISSING": 0, "SHALLOW": 0, "SPREAD": 0, "FETCHED": 0}
-        for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, LIT=EITHER)
+        each | {"MISSING": each["SHALLOW"], "SPREAD": 0, "FETCHED": 0}
+        for each in product(RAMPS=(0, 2), EMISSIVE=EITHER, SHALLOW=EITHER)
     ],
     "integrated_slabs.glsl": slabs_of(3),
     "interpolated.glsl": product(FETCHED=EITHER),

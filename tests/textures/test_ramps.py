@@ -188,6 +188,17 @@ def test_a_flat_stretch_takes_no_ramp() -> None:
     assert np.count_nonzero(np.array(ramps["ramp_rises"]).any(axis=1)) == 20
 
 
+@settings(max_examples=100, deadline=None, derandomize=True)
+@given(seeds, st.integers(1, 24))
+def test_contiguous_ramps_end_where_others_start_or_all_do(seed: int, segments: int) -> None:
+    medium = medium_of(np.random.default_rng(seed), segments, emissive=False)
+    ramps = ramp_uniforms(medium.values, medium.numbers, True, contiguous=True)
+    assume(ramps is not None)
+    positions = np.float32(ramps["ramp_positions"])
+    rising = np.array(ramps["ramp_rises"]).any(axis=1)
+    assert set(positions[rising, 2]) <= {*positions[:, 0], positions[-1, 2]}
+
+
 def test_infinite_extinctions_and_lost_digits_are_looked_up() -> None:
     volume = smooth_volume(8)
     opaque = TransferFunction(np.array([0, 0.5, 1]), np.ones((3, 3)), np.array([0, 0.1, np.inf]))

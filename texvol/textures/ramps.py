@@ -23,7 +23,7 @@ _LOST = 1e-6  # largest rounding of a number, relative to itself
 
 
 def ramp_uniforms(
-    positions: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool
+    positions: NDArray[np.float64], numbers: NDArray[np.float64], emissive: bool, *, contiguous: bool = False
 ) -> dict[str, Any] | None:
     """The shader's `ramp_base`, `ramp_rises`, `ramp_places` (start, 1 / width, end); None where there is no such sum.
 
@@ -35,6 +35,8 @@ def ramp_uniforms(
         Colour or emission and extinction of each.
     emissive : bool
         True if what glows is a number of its own, and shows where there is no extinction.
+    contiguous : bool
+        True if each ramp is to end where the next one starts, so that there are ramps that add nothing.
     """
     if emissive or not numbers[:, 3].any():
         first, last = 0, len(positions) - 1
@@ -56,15 +58,14 @@ def ramp_uniforms(
         sums = sums + rises[-1]
         if (np.abs(sums - number) > _LOST * number).any():
             return None
-    ramps = [
-        (rise, position)
-        for rise, position in zip(rises, zip(starts, np.minimum(per_width, _UPRIGHT), ends, strict=True), strict=True)
-        if rise.any()
-    ]
-    number_of_ramps = next((number for number in NUMBERS_OF_RAMPS if number >= len(ramps)), 0)
+    rising = [index for index, rise in enumerate(rises) if rise.any()]
+    kept = list(range(rising[0], rising[-1] + 1)) if contiguous and rising else rising
+    number_of_ramps = next((number for number in NUMBERS_OF_RAMPS if number >= len(kept)), 0)
     if not number_of_ramps:
         return None
-    last_position = np.float32(positions[-1])
+    per_width = np.minimum(per_width, _UPRIGHT)
+    ramps = [(rises[index], (starts[index], per_width[index], ends[index])) for index in kept]
+    last_position = ends[kept[-1]] if kept else np.float32(positions[-1])
     flat = (np.zeros(4, np.float32), (last_position, 1.0, last_position))
     rise, position = zip(*ramps, *[flat] * (number_of_ramps - len(ramps)), strict=True)
     return {

@@ -105,8 +105,9 @@ class StoredFunction:
         if np.isinf(self.function.extinctions).any():
             return None
         positions = self.storage.stored(self.function.values)
-        ramps = ramp_uniforms(positions, self._numbers, self.function.glows)
-        if ramps and self.classification == "integrated" and len(ramps["ramp_rises"]) > _MOST_RAMPS:
+        is_integrated = self.classification == "integrated"
+        ramps = ramp_uniforms(positions, self._numbers, self.function.glows, contiguous=is_integrated)
+        if ramps and is_integrated and len(ramps["ramp_rises"]) > _MOST_RAMPS:
             return None
         return ramps
 
