@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from texvol.opengl.contexts import Context
-from texvol.opengl.shaders import FOLDER, WHOLE_TARGET, bind, draw_triangles, load_program
+from texvol.opengl.shaders import FOLDER, load_program
 
 SIDE = 65
 FRONT, BEHIND = np.array([0.0, 0.4, 1.0]), np.array([1.0, 0.5, 0.0])
@@ -57,8 +57,9 @@ def drawn(context: Context, folder: Path, deepest: float, switches: dict[str, in
     target = gl.framebuffer([gl.texture((SIDE, SIDE), 4, dtype="f4")])
     target.use()
     gl.disable(moderngl.DEPTH_TEST | moderngl.CULL_FACE | moderngl.BLEND)
-    bind(program, {}, {"deepest": deepest})
-    draw_triangles(gl, program, WHOLE_TARGET, "2f", "in_position")
+    program["deepest"] = deepest
+    corners = gl.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32))
+    gl.vertex_array(program, [(corners, "2f", "in_position")]).render(moderngl.TRIANGLES)
     return np.frombuffer(target.read(components=4, dtype="f4"), np.float32).reshape(SIDE, SIDE, 4)
 
 
