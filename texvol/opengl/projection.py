@@ -155,9 +155,10 @@ class ValueProjection:
             found, there = self._extremes(drawn, baked) if self.mode in ("mip", "minip") else self._sums(drawn, baked)
             if self.mode == "xray":
                 found = found * slab_thickness
-            picture = np.zeros((*found.shape, 4), np.float32)
-            picture[there, :3] = found[there, np.newaxis]
-        picture[there, 3] = 1.0
+            # Whole arrays are copied: picking pixels takes longer than the sums.
+            picture = np.empty((*found.shape, 4), np.float32)
+            picture[..., :3] = np.where(there, found, 0.0)[..., np.newaxis]
+        picture[..., 3] = there
         return picture
 
     def _extremes(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
@@ -166,7 +167,9 @@ class ValueProjection:
         stored = red if self.mode == "mip" else -red
         found = np.clip(baked.storage.offset + baked.storage.scale * stored, *(baked.volume.finite_range or (0.0, 0.0)))
         infinite = np.abs(stored) > _largest_finite(baked)
-        return np.where(infinite, np.copysign(np.inf, stored), found), red > NOTHING_YET / 2
+        if infinite.any():
+            found[infinite] = np.copysign(np.inf, stored[infinite])
+        return found, red > NOTHING_YET / 2
 
     def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Integrals per slab thickness, or averages, and where there are any."""
