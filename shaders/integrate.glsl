@@ -26,6 +26,11 @@ float slope_integral(float square, float rise) {
 #endif
 }
 
+// Opacity of a path, given its optical depth and mean transmittance.
+float opacity_from_mean(float depth, float mean) {
+    return depth * mean;
+}
+
 // `color` over an interval on which the medium is linear from `front` to `behind`, of an optical depth x from 0 to 1.
 // With y, half of what the depth of as long a path would rise by from the one medium to the other, and
 // u(t) = x t + y (t² - t), φ = (1 - e^-x) / x:
@@ -39,8 +44,8 @@ vec4 over_shallow(vec4 color, vec4 front, vec4 behind, float path_length) {
     float depth = (behind.a + front.a) * half_length;
     float rise = (behind.a - front.a) * half_length;
     float half_mean = mean_transmittance_of_shallow(0.5 * depth);
-    float mean = (1.0 - color.a) * (half_mean * (1.0 - 0.25 * depth * half_mean));
-    float opacity = depth * mean;
+    float mean = half_mean * (1.0 - 0.25 * depth * half_mean);
+    float opacity = opacity_from_mean(depth, mean);
     float square = depth * depth;
     float q = slope_integral(square, rise);
 #if EMISSIVE
@@ -51,7 +56,7 @@ vec4 over_shallow(vec4 color, vec4 front, vec4 behind, float path_length) {
     float even = 0.5 * opacity;
     float odd = -mean * (2.0 * rise * q + b);
 #endif
-    return color + vec4((even - odd) * front.rgb + (even + odd) * behind.rgb, opacity);
+    return over(color, vec4((even - odd) * front.rgb + (even + odd) * behind.rgb, opacity));
 }
 
 #if SHALLOW

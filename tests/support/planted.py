@@ -53,6 +53,7 @@ def _straight(*arguments: Any) -> slab_texture.OfMedium:
 
 LINEAR_OPACITY: tuple[Mistake, ...] = (
     mistakes.LINEAR_OPACITY,
+    mistakes.LINEAR_OPACITY_OF_INTERVALS,
     Attribute("texvol.scene.optics.opacity_from_depth", _linear),
 )
 UNCLIPPED_END_SLABS: tuple[Mistake, ...] = (mistakes.UNCLIPPED_END_SLABS,)

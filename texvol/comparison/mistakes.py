@@ -46,6 +46,10 @@ UNCLIPPED_END_SLABS: WrongFunction = (
 # The uniform must stay in use: setting an unused uniform is an error.
 MISSING_COSINE: WrongFunction = ("float obliquity_of(vec2 pixel)", "return 1.0 + 1e-20 * obliquity_of_right(pixel);")
 LINEAR_OPACITY: WrongFunction = ("float opacity_from_depth(float x)", "return min(x, 1.0);")
+LINEAR_OPACITY_OF_INTERVALS: WrongFunction = (
+    "float opacity_from_mean(float depth, float mean)",
+    "return min(depth, 1.0);",
+)
 _SEARCHED_AT = 64  # pixels along the longer side of the pictures in which a visible slab is searched
 WRONG_BY = 0.5  # change of the wrong pixel
 
@@ -193,7 +197,7 @@ def _linear_opacity(trial: MistakeTrial) -> Pixels:
     scene = trial.scene
     # Rays through several volumes, or from label to label, are walked piece by piece.
     if scene.classification != "slab" or scene.added or scene.volume.nearest:
-        return trial.draw(Planted((LINEAR_OPACITY,)))
+        return trial.draw(Planted((LINEAR_OPACITY, LINEAR_OPACITY_OF_INTERVALS)))
     medium = linear_in_depth(scene.medium, float(trial.settings["slab_thickness"]))
     return trial.draw(scene=replace(scene, transfer_function=medium))
 
