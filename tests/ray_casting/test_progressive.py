@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -97,7 +98,8 @@ def test_the_command_writes_the_very_picture(tmp_path: Path, monkeypatch: pytest
     line = ["raycast", "v.npy", "--tf", "fog", "--size", "20x16"]
     assert main([*line, "-o", "a.exr"]) == 0 and len(written) == 1
     assert main([*line, "-o", "b.exr", "--progressive"]) == 0 and len(written) == 5
-    assert Path("a.exr").read_bytes() == Path("b.exr").read_bytes()
+    a, b = (re.sub(rb"capDate.{35}", b"", Path(f"{name}.exr").read_bytes(), count=1, flags=re.DOTALL) for name in "ab")
+    assert len(a) < Path("a.exr").stat().st_size and a == b
     assert "texvol:scene" in read_picture("b.exr").attributes
 
 
