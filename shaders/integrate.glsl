@@ -75,7 +75,7 @@ float cross_interval(inout vec4 color, inout vec4 front, vec4 behind, float path
     // Where extinction is linear, the fraction up to an optical depth solves a quadratic equation.
     float root = sqrt(mix(front.a * front.a, behind.a * behind.a, shallow));
     float fraction = shallow * sum / (front.a + root);
-    bool is_last = !(depth > 1.0 && color.a <= ENOUGH);  // nor goes on with what is no number
+    bool is_last = !(depth > 1.0 && color.a <= ENOUGH);  // also if a number is NaN
     vec4 end = is_last ? behind : mix(front, behind, fraction);
     // Behind an opaque medium no colour counts, but numbers must stay finite.
     color = over_shallow(color, front, end, path_length * (is_last ? shallow : fraction));

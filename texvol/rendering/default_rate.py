@@ -29,7 +29,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.error_control import DrawScene, Size, estimate, rounded_otherwise, rounding_of, smaller
+from texvol.rendering.error_control import DrawScene, Size, estimate, more_halvings, rounding_of, smaller
 from texvol.rendering.model_error import Classified
 from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, PARTS, Settings
 from texvol.rendering.shadow_error import ShadowError
@@ -132,7 +132,7 @@ class DefaultRate:
             return None
 
     def _error(self, scene: CompleteScene, size: Size, settings: Settings) -> float:
-        small, halvings = _small(size), float(rounded_otherwise(scene, np.array(_HALVINGS)))
+        small, halvings = _small(size), _HALVINGS + more_halvings(scene)
         fine = self._draw(scene, small, replace(settings, slab_thickness=settings.slab_thickness / 2**halvings))
         picture = self._draw(scene, small, settings)
         return estimate(picture, fine, halvings, rounding_of(scene), math.prod(size))

@@ -342,7 +342,7 @@ def estimate_by_finer(
     first = max(min(max(float(np.log2(thickness / scene.smallest_spacing)) + 1, least), most), 1.0)
     # `extinction` is so much nearer to the integral than `slab` that its own error is within the safety factor.
     is_exact = (scene.classification, reference.classification) == ("slab", "extinction")
-    for halvings in rounded_otherwise(scene, np.arange(first, most + 1e-9)):
+    for halvings in np.arange(first, most + 1e-9) + more_halvings(scene):
         thinner = thickness / 2**halvings
         if is_exact and 0 < drawn_anyway < thinner:
             thinner = drawn_anyway
@@ -354,9 +354,9 @@ def estimate_by_finer(
     return np.inf
 
 
-def rounded_otherwise(scene: Scene, halvings: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return a few more halvings where positions that are halved exactly would be rounded alike, on isosurfaces."""
-    return halvings + (np.log2(_NOT_HALVED) if scene.mode == "isosurface" else 0.0)
+def more_halvings(scene: Scene) -> float:
+    """Return what is added to whole halvings: on isosurfaces positions that are halved exactly are rounded alike."""
+    return float(np.log2(_NOT_HALVED)) if scene.mode == "isosurface" else 0.0
 
 
 def differences(picture: NDArray[np.floating], other: NDArray[np.floating]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ _HEAVIEST = 0.5  # exponent of the heaviest tail that is believed, and where the
 
 
 def beyond_sample(errors: NDArray[np.floating], pixels: int) -> float:
-    """Return how many times the largest of some errors that of all pixels is likely to be, at least 1.
+    """Return the likely ratio of the largest error of all pixels to that of some of them, at least 1.
 
     If errors beyond x are as frequent as x^(-1/ξ), the largest of N grows with N^ξ. ξ is the mean logarithm of the
     largest errors, relative to the next one: Hill (1975), "A simple general approach to inference about the tail of a
