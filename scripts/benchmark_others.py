@@ -43,7 +43,8 @@ def others(run: Run) -> None:
     lines, curves = [explanation(run)], {}
     print(f"\n## Beside more programs\n\n{lines[0]}\n", flush=True)
     truths = Truths(run.folder)
-    for name, scene in scenes(run):
+    found = list(scenes(run))  # all are read first: a reader that is not installed is told at once
+    for name, scene in found:
         if run.scenes and not any(part in name for part in run.scenes):
             continue
         with Renderer() as renderer:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -30,7 +31,9 @@ from texvol.scene.transfer import TransferFunction
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
-SIZE = (45, 38)
+Fine = Callable[[Scene], NDArray[np.float32]]
+
+SIZE, HAZY_SIZE = (45, 38), (96, 96)
 NOISE = random_volume(3, (28, 26, 24))
 EXACT: dict[str, Any] = {"texture_format": "rgba32f", "early_termination": 0.0}
 # Haze that no slab of is divided, and a shell in it of which all are.
@@ -75,20 +78,20 @@ def by_compute() -> Any:
         yield renderer
 
 
-def drawn(renderer: Renderer, scene: Scene, **how: Any) -> NDArray[np.float32]:
-    return np.asarray(renderer.render(scene, SIZE, **({"sampling_rate": 1.3, "adaptive": "on"} | how)))
+def drawn(renderer: Renderer, scene: Scene, size: tuple[int, int] = SIZE, **how: Any) -> NDArray[np.float32]:
+    return np.asarray(renderer.render(scene, size, **({"sampling_rate": 1.3, "adaptive": "on"} | how)))
 
 
 @pytest.mark.parametrize("name", ["plain", "perspective", "sheared", "masked", "haze"])
-@pytest.mark.parametrize("rate", [0.8, 1.3, 9.0])
-def test_they_are_those_of_plain_numpy(renderer: Renderer, name: str, rate: float) -> None:
+@pytest.mark.parametrize(("rate", "size"), [(0.8, SIZE), (1.3, SIZE), (9.0, (17, 14))])
+def test_they_are_those_of_plain_numpy(renderer: Renderer, name: str, rate: float, size: tuple[int, int]) -> None:
     scene = scenes()[name]
     thickness = scene.smallest_spacing / rate
-    picture = drawn(renderer, scene, sampling_rate=rate, **EXACT)
-    expected = plain_slabs.picture_of_slabs(scene, SIZE, thickness, divides=True)
-    undivided = drawn(renderer, scene, **EXACT | {"sampling_rate": rate, "adaptive": "off"})
+    picture = drawn(renderer, scene, size, sampling_rate=rate, **EXACT)
+    expected = plain_slabs.picture_of_slabs(scene, size, thickness, divides=True)
+    undivided = drawn(renderer, scene, size, **EXACT | {"sampling_rate": rate, "adaptive": "off"})
     # A ray that misses the box by rounding is cut, or not: both are right.
-    hits = path_lengths(scene.volume, scene.completed(SIZE).camera, SIZE) > 0
+    hits = path_lengths(scene.volume, scene.completed(size).camera, size) > 0
     off = np.abs(picture - expected)[hits].max()
     assert off < 2e-5 and np.abs(expected - undivided)[hits].max() > 50 * off
 
@@ -179,25 +182,21 @@ def test_a_given_rate_divides_nothing(renderer: Renderer) -> None:
 
 
 @pytest.mark.parametrize("divided", [True, False])
-def test_a_maximum_error_divides_slabs_of_lit_scenes(hazy: Scene, divided: bool) -> None:
+def test_a_maximum_error_divides_slabs_of_lit_scenes(own: Renderer, hazy: Scene, divided: bool, fine: Fine) -> None:
     scene = hazy if divided else replace(hazy, lighting=None)
-    with Renderer() as renderer:
-        fine = renderer.render(replace(scene, classification="integrated"), (96, 96), sampling_rate=64)
-        for adaptive in ("auto", "on", "off"):
-            picture = renderer.render(scene, (96, 96), max_error=5e-3, adaptive=adaptive)
-            settings = renderer.settings
-            assert (settings.get("adaptive") == "on") == (adaptive == "on" or (divided and adaptive == "auto"))
-            assert np.abs(picture - fine).max() <= 5e-3
-            np.testing.assert_array_equal(picture, renderer.render(scene, (96, 96), **settings))
+    for adaptive in ("auto", "on", "off"):
+        picture = own.render(scene, HAZY_SIZE, max_error=5e-3, adaptive=adaptive)
+        settings = own.settings
+        assert (settings.get("adaptive") == "on") == (adaptive == "on" or (divided and adaptive == "auto"))
+        assert np.abs(picture - fine(scene)).max() <= 5e-3
+        np.testing.assert_array_equal(picture, own.render(scene, HAZY_SIZE, **settings))
 
 
-def test_halved_slabs_tell_the_error(hazy: Scene) -> None:
+def test_halved_slabs_tell_the_error(own: Renderer, hazy: Scene, fine: Fine) -> None:
     """The same slabs are divided at each thickness: else a picture of thinner ones could be a worse one."""
-    with Renderer() as renderer:
-        fine = renderer.render(replace(hazy, classification="integrated"), (96, 96), sampling_rate=64)
-        pictures = [renderer.render(hazy, (96, 96), sampling_rate=rate, adaptive="on") for rate in (2, 4, 8, 16)]
+    pictures = [own.render(hazy, HAZY_SIZE, sampling_rate=rate, adaptive="on") for rate in (2, 4, 8, 16)]
     for coarse, picture in pairwise(pictures):
-        assert np.abs(picture - fine).max() <= 0.75 * np.abs(coarse - picture).max()
+        assert np.abs(picture - fine(hazy)).max() <= 0.75 * np.abs(coarse - picture).max()
 
 
 @pytest.fixture(scope="module")
@@ -210,19 +209,38 @@ def hazy() -> Scene:
     return Scene(Volume(values.astype(np.float32)), HAZE, lighting=Lighting())
 
 
-def test_they_are_chosen_where_they_take_less_time(hazy: Scene) -> None:
+@pytest.fixture(scope="module")
+def own() -> Any:
+    """A Renderer whose programs these tests share, and that has drawn nothing else."""
     with Renderer() as renderer:
-        picture = renderer.render(hazy, (96, 96))
-        divided, settings = renderer.stats, renderer.settings
-        again = renderer.render(hazy, (96, 96), **settings)
-        undivided_picture = renderer.render(hazy, (96, 96), adaptive="off")
-        undivided = renderer.stats
-        fine = renderer.render(replace(hazy, classification="integrated"), (96, 96), sampling_rate=64)
+        yield renderer
+
+
+@pytest.fixture(scope="module")
+def fine(own: Renderer) -> Fine:
+    """The picture of a scene by thin slabs, drawn once."""
+    drawn: dict[bool, NDArray[np.float32]] = {}
+
+    def picture(scene: Scene) -> NDArray[np.float32]:
+        is_lit = scene.lighting is not None
+        if is_lit not in drawn:
+            drawn[is_lit] = own.render(replace(scene, classification="integrated"), HAZY_SIZE, sampling_rate=64)
+        return drawn[is_lit]
+
+    return picture
+
+
+def test_they_are_chosen_where_they_take_less_time(own: Renderer, hazy: Scene, fine: Fine) -> None:
+    picture = own.render(hazy, HAZY_SIZE)
+    divided, settings = own.stats, own.settings
+    again = own.render(hazy, HAZY_SIZE, **settings)
+    undivided_picture = own.render(hazy, HAZY_SIZE, adaptive="off")
+    undivided = own.stats
     np.testing.assert_array_equal(again, picture)
     assert settings["adaptive"] == "on" and divided["adaptive"] is True
     assert undivided["adaptive"] is False and undivided["samples"] > 1.3 * divided["samples"]
     for each, stats in ((picture, divided), (undivided_picture, undivided)):
-        assert np.abs(each - fine).max() <= stats["estimated_error"] <= default_rate.LIMIT
+        assert np.abs(each - fine(hazy)).max() <= stats["estimated_error"] <= default_rate.LIMIT
 
 
 def test_frames_share_the_choice(hazy: Scene) -> None:
