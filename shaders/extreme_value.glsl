@@ -7,10 +7,11 @@
 #if SKIPS
 #include "best_cells.glsl"
 #else
-flat uniform vec3 samples;        // of the volume, along x, y and z
 const float NOTHING_YET = -3e38;
 #endif
 
+flat uniform vec3 samples;        // in the box, along x, y and z
+flat uniform vec3 first_corner;   // of the box of the first sample, in the box: not 0 for some levels of a pyramid
 flat uniform float sign_of_largest;    // -1 where the least value is looked for: then all values are times this
 flat uniform float largest_of_all;     // a ray that has met it is finished
 #if MISSING
@@ -119,7 +120,7 @@ void look_between(BoxWalk walk, vec2 depths, inout PieceWalk ray) {
 vec4 extreme_along(BoxWalk walk, vec2 slabs) {
     vec2 box = box_depths(walk);
     PieceWalk ray;
-    ray.samples = sample_walk(walk.start, walk.step, samples);
+    ray.samples = sample_walk(walk.start - first_corner, walk.step, samples);
     ray.depth = first_depth(ray.samples, box.x, max(slabs.x, box.x), ray.planes);
     ray.leaving = box.y;
     ray.largest = NOTHING_YET;
