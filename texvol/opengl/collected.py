@@ -6,10 +6,13 @@ matter, nor that the texels of each stand for values by an offset and a scale of
 
 from __future__ import annotations
 
+import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.projection import Sums, ValueProjection
+from texvol.opengl.drawing import AnyTexture
+from texvol.opengl.projection import NOTHING_YET, Sums, ValueProjection
+from texvol.textures.value_storage import HUGE
 from texvol.textures.value_texture import ValueTexture
 
 Numbers = NDArray[np.float64]
@@ -51,9 +54,43 @@ class CollectedNumbers:
         np.maximum(largest, self._projection.sign_of_largest * values, out=largest, where=there)
         self._is_met[where] |= there
 
+    def stored_largest(self, where: Box, baked: ValueTexture) -> NDArray[np.float32]:
+        """Return what the rays of a box of pixels have met, as a part stores values, for the shader extreme_value."""
+        offset, scale = self._projection.sign_of_largest * baked.storage.offset, baked.storage.scale
+        with np.errstate(over="ignore"):
+            stored = np.clip((self._largest[where] - offset) / scale, -HUGE, HUGE)
+        return np.where(self._is_met[where], stored, NOTHING_YET).astype(np.float32)
+
     def picture(self, slab_thickness: float) -> NDArray[np.float32]:
         """Return the picture, shape (height, width, 4)."""
         if self._sums is not None:
             return self._projection.picture(*self._projection.of_sums(self._sums), slab_thickness)
         values = self._projection.sign_of_largest * self._largest
         return self._projection.picture(values, self._is_met, slab_thickness)
+
+
+class KnownLargest:
+    """Texture of what the rays of pictures have met; methods need the context to be current."""
+
+    def __init__(self, gl: moderngl.Context) -> None:
+        self._gl = gl
+        self._texture: moderngl.Texture | None = None
+
+    def samplers(self, size: tuple[int, int], where: Box, stored: NDArray[np.float32]) -> dict[str, AnyTexture]:
+        """Return the texture of a picture of (width, height) pixels by the name of its sampler.
+
+        `stored` are the numbers in a box of pixels, top row first; elsewhere it then means nothing.
+        """
+        if self._texture is None or self._texture.size != size:
+            self.release()
+            self._texture = self._gl.texture(size, 1, dtype="f4")
+        rows, columns = stored.shape
+        place = where[1].start, size[1] - where[0].stop, columns, rows
+        self._texture.write(np.ascontiguousarray(stored[::-1]), viewport=place, alignment=1)
+        return {"known": self._texture}
+
+    def release(self) -> None:
+        """Release the texture."""
+        if self._texture is not None:
+            self._texture.release()
+        self._texture = None

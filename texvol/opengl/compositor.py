@@ -98,7 +98,7 @@ class Compositor:
         if not stacks.first.size:
             return
         drawn = drawing.first
-        units = drawn.samplers(brick) | drawing.interval
+        units = drawn.samplers(brick) | drawing.interval | drawing.known
         uniforms = picture_uniforms(drawing, stacks) | volume_uniforms(drawing, drawn, brick)
         if drawn.skips is not None:
             uniforms |= skip_uniforms(drawing, brick)

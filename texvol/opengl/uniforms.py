@@ -70,7 +70,7 @@ def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     drawn, view = drawing.first, drawing.view
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"
-        texels = NO_LIGHT | drawing.projection.switches(drawn.baked)
+        texels = NO_LIGHT | drawing.projection.switches(drawn.baked) | {"KNOWN": int(bool(drawing.known))}
     else:
         obliquity = view.camera.largest_obliquity(view.size)
         texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)

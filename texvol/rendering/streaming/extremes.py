@@ -194,10 +194,12 @@ def _pyramid_of_least(largest: Numbers, passes: NDArray[np.bool_]) -> list[Numbe
     """Return what each ray has met, and the least of blocks of 2, 4, … pixels along a side; infinite without any."""
     levels = [np.where(passes, largest, np.inf)]
     while max(levels[-1].shape) > 1:
-        finer = levels[-1]
-        padded = np.pad(finer, [(0, n % 2) for n in finer.shape], constant_values=np.inf)
-        rows, columns = (n // 2 for n in padded.shape)
-        levels.append(padded.reshape(rows, 2, columns, 2).min(axis=(1, 3)))
+        coarser = levels[-1]
+        for _ in range(2):  # along rows and columns, each of which is the first axis in its turn
+            pairs = coarser[::2].copy()
+            np.minimum(pairs[: len(coarser) // 2], coarser[1::2], out=pairs[: len(coarser) // 2])
+            coarser = pairs.T
+        levels.append(coarser)
     return levels
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
-from texvol.opengl.drawing import Drawing, DrawnVolume, View
+from texvol.opengl.drawing import AnyTexture, Drawing, DrawnVolume, View
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.part_store import Part, Prepared, shown_part
 from texvol.opengl.projection import projection_of
@@ -222,8 +222,8 @@ class PictureOfParts(RegionsOfPicture):
         finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, self.margin) for each in order]
         return sum(float(np.prod(brick.texture_size)) for brick in finest) * per_sample
 
-    def draw(self, compositor: Compositor, part: Part) -> None:
-        """Composite a part behind the picture so far; or draw its numbers."""
+    def draw(self, compositor: Compositor, part: Part, known: dict[str, AnyTexture] | None = None) -> None:
+        """Composite a part behind the picture so far; or draw its numbers, of which some may be `known`."""
         space = part.empty_space or (self._space if self.settings.skips(self.scene) else None)
         skips = space.skips if space is not None else None
         cells = _ALL_OF_THE_BOX
@@ -241,7 +241,7 @@ class PictureOfParts(RegionsOfPicture):
             bounds=part.bounds,
             fetched=self.settings.interpolation == "shader",
         )
-        drawing = replace(self.drawing, volumes=(one,))
+        drawing = replace(self.drawing, volumes=(one,), known=known or {})
         assert part.shown is not None
         if self.volume.nearest:
             draw_together(compositor, drawing, [part.brick], part.shown)

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.opengl.collected import CollectedNumbers
+from texvol.opengl.collected import CollectedNumbers, KnownLargest
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing
@@ -62,6 +62,7 @@ class StreamedPictures:
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
         self._rounding, self._vouches = 0.0, False  # of the numbers of a projection
         self._collected: CollectedNumbers | None = None  # of the last picture, if it is one of numbers
+        self._known = KnownLargest(context.gl)
         self._formats: set[str] = set()
         self._known_levels: tuple[tuple[Any, ...], KnownLevels] | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
@@ -199,11 +200,15 @@ class StreamedPictures:
             picture.draw(self.compositor, part)
             return
         assert part.shown is not None and isinstance(part.baked, ValueTexture)
-        self.compositor.begin(picture.drawing, picture.settings.target_format)
-        picture.draw(self.compositor, part)
         where, mask = pixels_of(picture.volume, picture.scene.camera, picture.size, part.shown)
-        if mask.size:
-            self._collected.add(where, self.compositor.pixels(*where), part.baked)
+        if not mask.size:
+            return
+        known = None
+        if part.bounds is not None:
+            known = self._known.samplers(picture.size, where, self._collected.stored_largest(where, part.baked))
+        self.compositor.begin(picture.drawing, picture.settings.target_format)
+        picture.draw(self.compositor, part, known)
+        self._collected.add(where, self.compositor.pixels(*where), part.baked)
 
     def _note(self, part: Part, scene: CompleteScene) -> None:
         self.drawn.drawn += 1
@@ -235,6 +240,7 @@ class StreamedPictures:
             self._cache.close()
         if self._parts is not None:
             self._parts.release()
+        self._known.release()
         self._cache = self._parts = self._ahead = None
 
     def _prepared(self, volume: LargeVolume) -> tuple[SampleCache, PartsAhead]:
