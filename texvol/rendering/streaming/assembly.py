@@ -65,13 +65,13 @@ class Held:
 
 
 class Piece(NamedTuple):
-    """A box of samples, ends along each axis: a chunk, or, without `held`, samples that are all one `value`."""
+    """A box of samples, ends along each axis: a chunk, or, without `held`, samples that are all the `least` value."""
 
     z: Ends
     y: Ends
     x: Ends
     held: Held | None = None
-    value: float = 0.0
+    least: float = 0.0
 
 
 @dataclass
@@ -95,10 +95,10 @@ class Assembly:
             self.buffer = np.empty(self.bytes, np.uint8)
         values = self.buffer[: self.bytes].view(self.dtype).reshape([b - a for a, b in zip(start, stop, strict=True)])
         (z0, y0, x0), (z1, y1, x1) = start, stop
-        for (z, lz), (y, ly), (x, lx), held, value in self.pieces:
+        for (z, lz), (y, ly), (x, lx), held, least in self.pieces:
             # From and to where, counted from the first sample of the part.
             az, ay, ax = max(z, z0), max(y, y0), max(x, x0)
             bz, by, bx = min(lz, z1), min(ly, y1), min(lx, x1)
             into = values[az - z0 : bz - z0, ay - y0 : by - y0, ax - x0 : bx - x0]
-            into[...] = value if held is None else held.samples()[az - z : bz - z, ay - y : by - y, ax - x : bx - x]
+            into[...] = least if held is None else held.samples()[az - z : bz - z, ay - y : by - y, ax - x : bx - x]
         return values

@@ -25,7 +25,6 @@ class ChunkGrid:
         ]
         self._lengths = [[b - a for a, b in ends] for ends in self.ends]
         self.needed: NDArray[np.bool_] | None = None  # chunks that matter, shape (cz, cy, cx); None: all
-        self.largest_stands = False  # True if for a chunk that is not read its largest value stands, not the least
 
     def places(self, first: Triple, last: Triple) -> Box:
         """Return the chunks that hold the samples first … last - 1, along x, y, z, as slices of the grid."""
@@ -48,15 +47,14 @@ class ChunkGrid:
         return int(np.einsum("zyx,z,y,x", matters.astype(np.int64), *self._lengths)) * self.dtype.itemsize
 
     def unread(self, place: Place) -> Piece:
-        """Return what stands for a chunk that is not read: its least value, or its largest.
+        """Return what stands for a chunk that is not read: its least value.
 
-        Between that and the samples around nothing shows where nothing shows in the chunk; and nothing is larger, or
-        less, than in the chunk.
+        Between that and the samples around nothing shows where nothing shows in the chunk, and no value is larger or
+        less than any in the chunk and the samples around.
         """
         z, y, x = self.ends
-        extreme = self._largest if self.largest_stands else self._least
-        stands = 0.0 if extreme is None else float(extreme[place])
-        return Piece(z[place[0]], y[place[1]], x[place[2]], None, stands)
+        least = 0.0 if self._least is None else float(self._least[place])
+        return Piece(z[place[0]], y[place[1]], x[place[2]], None, least)
 
     def around(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return the chunks, some of a box of the grid, that are chosen or touch one that is, at a corner at least."""
@@ -72,13 +70,7 @@ class ChunkGrid:
 
     @cached_property
     def _least(self) -> NDArray[np.float64] | None:
-        return None if self._statistics is None else _known(self._statistics.minimum)
-
-    @cached_property
-    def _largest(self) -> NDArray[np.float64] | None:
-        return None if self._statistics is None else _known(self._statistics.maximum)
-
-
-def _known(extremes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return extremes with 0 for those of chunks in which every sample is missing."""
-    return np.where(np.isnan(extremes), 0.0, extremes)
+        if self._statistics is None:
+            return None
+        least = self._statistics.minimum
+        return np.where(np.isnan(least), 0.0, least)

@@ -148,8 +148,7 @@ class StreamedPictures:
         order, self.drawn = picture.in_order(regions)
         order = [region for region in order if block is None or region.is_in(block, volume.dimensions)]
         drawn = {picture.level(each) for each in order}
-        needed = [picture.needed(number) if number in drawn else None for number in range(len(volume.levels))]
-        cache.need(needed, largest_stands=picture.scene.mode == "minip")
+        cache.need([picture.needed(number) if number in drawn else None for number in range(len(volume.levels))])
         bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
         screen = self._screen_of(picture)

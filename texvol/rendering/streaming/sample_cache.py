@@ -67,15 +67,15 @@ class SampleCache:
         self._uses: list[NDArray[np.int32]] | None = None  # of each chunk of each level, by parts to come
         self.reading = Reading()
 
-    def need(self, chunks: Sequence[NDArray[np.bool_] | None], largest_stands: bool = False) -> None:
+    def need(self, chunks: Sequence[NDArray[np.bool_] | None]) -> None:
         """Begin a picture, and say which chunks of each level matter, arrays of shape (cz, cy, cx); None: all of them.
 
-        The others are not read: their samples become the least value that the store's statistics tell, or the largest.
+        The others are not read: their samples become the least value that the store's statistics tell.
         """
         self._of_picture.clear()
         self.reading.bytes_wanted = 0
         for each, now in zip(self._levels, chunks, strict=True):
-            each.needed, each.largest_stands = now, largest_stands
+            each.needed = now
 
     def expect(self, parts: Sequence[Part]) -> None:
         """Say which parts will be asked for, each once: where not all have room, chunks go after their last use.
