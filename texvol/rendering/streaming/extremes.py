@@ -86,7 +86,7 @@ def groups_of(bounds: Mapping[Triple, float]) -> dict[Triple, int]:
 
 
 class KnownExtremes:
-    """What the rays of a picture have met, and the bounds of what they may meet.
+    """Values that the rays of a picture have met, and bounds of those that they may meet.
 
     Parameters
     ----------
