@@ -271,8 +271,8 @@ IN_SHADERS = (
         _EXTREMES,
     ),
     _wrong(
-        "vec4 extreme_along(BoxWalk walk, vec2 slabs)",
-        "return extreme_along_right(walk, slabs + vec2(1.0, 0.0));",
+        "vec4 extreme_along(BoxWalk walk, vec2 slabs, float known_before)",
+        "return extreme_along_right(walk, slabs + vec2(1.0, 0.0), known_before);",
         "the largest value is not looked for in the first slab",
         _EXTREMES,
     ),

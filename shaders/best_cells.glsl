@@ -1,11 +1,12 @@
 // The cells on a ray that have the largest bounds.
 //
 // Cells are of two sizes, see slicing/bounds.py: where a large one has no bound that matters, none of the small ones in
-// it is looked at.
+// it is looked at. The texture may hold those of a brick alone, from a place on.
 
 #include "trilinear.glsl"
 
-flat uniform vec3 samples;        // of the volume, along x, y and z
+flat uniform vec3 first_place;    // at which the texture begins, along x, y and z, where a large cell does
+flat uniform vec3 last_place;     // of the last sample in it, counted from there
 uniform sampler3D bounds;         // no value in a cell is larger; behind the small cells along z are the large ones
 flat uniform float largest_bound;
 flat uniform float cell_side;     // of a small cell, samples
@@ -67,7 +68,7 @@ vec3 cell_at(vec3 low, float side) {
 
 // Bound of the cell of a size with a place between samples of which the lowest is `low`.
 float bound_of(SampleWalk walk, vec3 low, float side) {
-    vec3 place = clamp(walk.sign * low + min(walk.sign, 0.0), vec3(0.0), samples - 1.0);
+    vec3 place = clamp(walk.sign * low + min(walk.sign, 0.0) - first_place, vec3(0.0), last_place);
     vec3 cell = cell_at(place, side);
     if (side > cell_side) cell.z += first_large;
     return texelFetch(bounds, ivec3(cell), 0).r;

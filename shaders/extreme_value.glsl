@@ -1,18 +1,23 @@
 // The largest value along a ray, or the least one.
 //
 // Switches: SKIPS 1: cells whose bound is no larger than what has been met are skipped.
+//           KNOWN 1: the rays have met values in other parts of the volume; what is no larger does not matter.
 //           MISSING: see value_pieces.glsl.
 
 #include "corner_values.glsl"
 #if SKIPS
 #include "best_cells.glsl"
 #else
-flat uniform vec3 samples;        // of the volume, along x, y and z
 const float NOTHING_YET = -3e38;
 #endif
 
+flat uniform vec3 samples;        // in the box, along x, y and z
+flat uniform vec3 first_corner;   // of the box of the first sample, in the box: not 0 for some levels of a pyramid
 flat uniform float sign_of_largest;    // -1 where the least value is looked for: then all values are times this
 flat uniform float largest_of_all;     // a ray that has met it is finished
+#if KNOWN
+uniform sampler2D known;          // the largest value that each ray has met before
+#endif
 #if MISSING
 uniform float far_from;           // magnitude of values beside which float32 loses those that most samples have
 #endif
@@ -115,16 +120,25 @@ void look_between(BoxWalk walk, vec2 depths, inout PieceWalk ray) {
 }
 #endif
 
-// Red is the largest value of the slabs that are drawn, times the sign; alpha is 1 where there is one.
-vec4 extreme_along(BoxWalk walk, vec2 slabs) {
+// The largest value that the ray of a pixel has met before.
+float known_largest(vec2 window_position) {
+#if KNOWN
+    return texelFetch(known, ivec2(window_position), 0).r;
+#else
+    return NOTHING_YET;
+#endif
+}
+
+// Red is the largest value of the slabs that are drawn, times the sign; alpha is 1 where it is larger than what is known.
+vec4 extreme_along(BoxWalk walk, vec2 slabs, float known_before) {
     vec2 box = box_depths(walk);
     PieceWalk ray;
-    ray.samples = sample_walk(walk.start, walk.step, samples);
+    ray.samples = sample_walk(walk.start - first_corner, walk.step, samples);
     ray.depth = first_depth(ray.samples, box.x, max(slabs.x, box.x), ray.planes);
     ray.leaving = box.y;
-    ray.largest = NOTHING_YET;
+    ray.largest = known_before;
     ray.vague = NOTHING_YET;
-    look_between(walk, vec2(ray.depth, min(slabs.y, box.y)), ray);
+    if (known_before < largest_of_all) look_between(walk, vec2(ray.depth, min(slabs.y, box.y)), ray);
     float largest = largest_known(ray.largest, ray.vague);
-    return vec4(largest, 0.0, 0.0, largest > NOTHING_YET ? 1.0 : 0.0);
+    return vec4(largest, 0.0, 0.0, largest > known_before ? 1.0 : 0.0);
 }

@@ -7,7 +7,8 @@
 uniform float bias;               // a typical value, or that of air: sums of the differences from it keep their digits
 uniform float least;              // lower values count as this one
 #if MISSING == 2
-uniform vec3 samples;             // of the volume, along x, y and z
+uniform vec3 samples;             // in the box, along x, y and z
+uniform vec3 first_corner;        // see extreme_value.glsl
 #endif
 
 const float MOST_AT_ONCE = 64.0;  // pieces summed up before they are added to the others: sums of few keep digits
@@ -65,7 +66,7 @@ vec4 with_piece(vec4 sum, BoxWalk walk, float front, float back) {
 // nothing of it. Where there may be air within the values a piece ends with the slab, too: what is above air is no
 // cubic.
 vec4 integral_along(BoxWalk walk, vec2 slabs) {
-    SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
+    SampleWalk planes_walk = sample_walk(walk.start - first_corner, walk.step, samples);
     vec3 planes;
     vec2 box = box_depths(walk);
     float depth = max(slabs.x, box.x);

@@ -4,6 +4,7 @@
 //                extreme_value.glsl; 3: the first surface of one value, see isosurface.glsl; 4: the surfaces of
 //                several values, see isosurfaces.glsl.
 //           DEPTH, SKIPS, COUNT, LIT, CUE and those of lights: see isosurface.glsl. MISSING: see value_pieces.glsl.
+//           KNOWN: see extreme_value.glsl.
 //           PERSPECTIVE, BRICKS, HALF_SPACES, INTERVAL: see stack_walk.glsl. GRADIENT: see volume_texture.glsl.
 
 #include "stack_walk.glsl"
@@ -35,8 +36,8 @@ bool draw_stack(vec2 window_position, vec2 slab_range, out vec4 number) {
     number = integral_along(walk, slabs) * walk.path_length;
     return true;
 #elif MODE == 2
-    number = extreme_along(walk, slabs);
-    return true;
+    number = extreme_along(walk, slabs, known_largest(window_position));
+    return KNOWN == 0 || number.a > 0.0;
 #else
     float looked_at;
 #if MODE == 4

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,25 @@ def store(tmp_path_factory: pytest.TempPathFactory) -> str:
     assert volume.values.nbytes > 2e6
     convert(volume, folder, layout=Layout((16,) * 3, (64,) * 3))
     return str(folder)
+
+
+@pytest.mark.parametrize("mode", ["mip", "minip", "xray", "average"])
+def test_pictures_of_numbers(store: str, tmp_path: Path, mode: str) -> None:
+    line = ["render", store, "--mode", mode, "--size", "24x24"]
+    assert main([*line, *MEMORY, "--check", "3", "-o", str(tmp_path / "picture.png")]) == 0
+    stats = ["--stats", str(tmp_path / "stats.json")]
+    assert main([*line, *MEMORY, "--level", "0", *stats, "-o", str(tmp_path / "picture.exr")]) == 0
+    assert main([*line, "--memory", "100MB", "--level", "0", "-o", str(tmp_path / "whole.exr")]) == 0
+    picture, whole = (image.read(tmp_path / name) for name in ("picture.exr", "whole.exr"))
+    np.testing.assert_allclose(picture, whole, atol=2e-6 * whole.max())
+    told = json.loads((tmp_path / "stats.json").read_text())
+    assert told["parts"]["peak_bytes"] <= 1.2e6 and told["estimated_error"] > 0
+    field_error = 0.05 * float(np.ptp(whole[..., 0]))
+    assert main([*line, *MEMORY, "--max-error", f"{field_error}", "-o", str(tmp_path / "finer.exr")]) == 0
+    assert main([*line, *MEMORY, "--progressive", "-o", str(tmp_path / "last.exr")]) == 0
+    exact = ["raycast", store, *MEMORY, "--mode", mode, "--size", "24x24", "-o", str(tmp_path / "exact.exr")]
+    assert main(exact) == 0
+    np.testing.assert_allclose(image.read(tmp_path / "finer.exr"), image.read(tmp_path / "exact.exr"), atol=field_error)
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,19 @@ def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, t
     assert sum(block["parts"]["regions_drawn"] for block in blocks) == quick_stats(renderer)["parts"]["regions_drawn"]
 
 
+@pytest.mark.parametrize("mode", ["mip", "average"])
+def test_numbers_of_a_store_are_drawn_in_parts_by_one_worker(
+    workers: Workers, renderer: Renderer, tmp_path: Path, mode: Any
+) -> None:
+    volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(48), chunk=16), memory=1_500_000)
+    scene = Scene(volume, mode=mode)
+    with DistributedRenderer(workers, blocks=3) as several:
+        found = several.render(scene, SIZE, level=0)
+        stats = several.stats
+    assert_allclose(found, renderer.render(scene, SIZE, level=0), atol=2e-6)
+    assert stats["one_block_because"] == f"mode {mode}" and stats["blocks"][0]["parts"]["regions_drawn"] > 1
+
+
 def test_an_error_is_kept_and_checked(workers: Workers) -> None:
     pytest.importorskip("numba", reason="needs the oracle: pip install '.[oracle]'")
     with DistributedRenderer(workers) as several:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from texvol.scene.volume import Volume
-from texvol.slicing.bounds import CELL, bounds_of, side_of, with_large_cells
+from texvol.slicing.bounds import CELL, bounds_of, first_place_of, side_of, with_large_cells
 
 
 @pytest.mark.parametrize("reduce", [np.fmax, np.fmin])
@@ -42,3 +42,18 @@ def test_the_bound_of_a_large_cell_is_that_of_its_small_ones(shape):
         own = bounds[tuple(slice(4 * c, 4 * c + 4) for c in cell)]
         assert levels[shape[0] + cell[0], cell[1], cell[2]] == own.max()
     assert (levels[shape[0] :, ny:] == -9).all() and (levels[shape[0] :, :, nx:] == -9).all()
+
+
+@pytest.mark.parametrize("first", [(0, 0, 0), (5, 16, 2), (17, 40, 31)])
+def test_bounds_of_a_part_are_in_the_cells_of_the_whole(first):
+    """The first and the last cells of a part lack samples that it does not have."""
+    whole = np.random.default_rng(4).normal(size=(60, 70, 50))
+    part = whole[tuple(slice(at, at + 18) for at in first)]
+    place = first_place_of(first, CELL)
+    assert all(at % (4 * CELL) == 0 and 0 <= start - at < 4 * CELL for at, start in zip(place, first, strict=True))
+    bounds = bounds_of(part, CELL, np.fmax, tuple(start - at for at, start in zip(place, first, strict=True)))
+    cells = bounds_of(whole, CELL, np.fmax)
+    for cell in np.ndindex(*bounds.shape):
+        low = [at + CELL * c - 1 for at, c in zip(place, cell, strict=True)]
+        if all(a >= start and a + CELL < start + 18 for a, start in zip(low, first, strict=True)):
+            assert bounds[cell] == cells[tuple(at // CELL + c for at, c in zip(place, cell, strict=True))]

@@ -97,12 +97,13 @@ def several_blocks() -> Blocks:
 
 def projection_blocks() -> Blocks:
     """Blocks of projection.glsl."""
-    common = RAYS | _WHERE | UNLIT | {"WEIGHTS": (0,), "GRADIENT": (0,), "DEPTH": (0,), "ISOVALUES": (0,)}
+    off = dict.fromkeys(("WEIGHTS", "GRADIENT", "DEPTH", "ISOVALUES", "KNOWN"), (0,))
+    common = RAYS | _WHERE | UNLIT | off
     surface = common | _WITH_GRADIENT | {"MODE": (3,), "MISSING": EITHER}
     surfaces = surface | {"MODE": (4,), "ISOVALUES": (1, 3)}
     return [
         common | {"MODE": (1,), "MISSING": (0, 1, 2)},
-        common | {"MODE": (2,), "MISSING": EITHER},
+        common | {"MODE": (2,), "MISSING": EITHER, "KNOWN": EITHER},
         surface | {"DEPTH": (1,), "GRADIENT": (0, 1, 2)},
         surfaces | {"DEPTH": (1,), "GRADIENT": (0, 1, 2)},
         *(kind | light | {"SHADOWS": (0,)} for light in LIGHTS for kind in (surface, surfaces)),

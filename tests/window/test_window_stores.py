@@ -15,6 +15,7 @@ from support.stores import write_ome
 
 from texvol import Renderer, Scene, TransferFunction, Volume
 from texvol.rendering.streaming import progressive
+from texvol.scene.display import found_window
 from texvol.scene.large_volume import LargeVolume
 from texvol.window.document import opened_file
 from texvol.window.jobs import Answer, Job, Showing
@@ -61,8 +62,17 @@ def test_a_small_store_is_read_and_other_volumes_are_left_alone() -> None:
 def test_only_what_can_be_drawn_in_parts_comes_from_the_store_at_rest() -> None:
     scene = with_stand_ins(Scene(stored(1 << 18)[0], FOG, classification="post"))
     assert isinstance(scene.volume, StandIn) and isinstance(at_rest(scene).volume, LargeVolume)
-    mip = replace(scene, mode="mip")
-    assert at_rest(mip) is mip
+    assert isinstance(at_rest(replace(scene, mode="mip")).volume, LargeVolume)
+    surface = replace(scene, mode="isosurface", isovalue=0.5)
+    assert at_rest(surface) is surface
+
+
+def test_numbers_have_one_window_in_motion_and_at_rest() -> None:
+    """A level of means has a smaller range than the samples, which the store knows."""
+    scene = with_stand_ins(Scene(stored(1 << 18)[0], mode="mip"))
+    nothing = np.zeros((4, 4, 4), np.float32)
+    assert isinstance(scene.volume, StandIn) and scene.volume.values.max() < scene.volume.large.finite_range[1]
+    assert found_window(nothing, scene) == found_window(nothing, at_rest(scene))
 
 
 def test_pictures_at_rest_become_finer_and_tell_level_and_error(

@@ -98,7 +98,7 @@ class Compositor:
         if not stacks.first.size:
             return
         drawn = drawing.first
-        units = drawn.samplers(brick) | drawing.interval
+        units = drawn.samplers(brick) | drawing.interval | drawing.known
         uniforms = picture_uniforms(drawing, stacks) | volume_uniforms(drawing, drawn, brick)
         if drawn.skips is not None:
             uniforms |= skip_uniforms(drawing, brick)
@@ -248,16 +248,17 @@ class Compositor:
     def picture(self, color_scale: float = 1.0) -> NDArray[np.float32]:
         """Read the picture back: (height, width, 4), premultiplied, linear, top row first, without `color_scale`."""
         width, height = self.target.size
-        picture = np.ascontiguousarray(self._pixels(slice(0, height), slice(0, width)))
+        picture = np.ascontiguousarray(self.pixels(slice(0, height), slice(0, width)))
         if color_scale != 1.0:
             picture[..., :3] /= color_scale
         return picture
 
     def opacity(self, rows: slice, columns: slice) -> NDArray[np.float32]:
         """Read the opacity of a box of the picture so far back, shape (rows, columns), top row first."""
-        return self._pixels(rows, columns)[..., 3]
+        return self.pixels(rows, columns)[..., 3]
 
-    def _pixels(self, rows: slice, columns: slice) -> NDArray[np.float32]:
+    def pixels(self, rows: slice, columns: slice) -> NDArray[np.float32]:
+        """Read a box of the picture so far back, shape (rows, columns, 4), top row first."""
         width, height = columns.stop - columns.start, rows.stop - rows.start
         pixels = np.empty((height, width, 4), np.float32)
         where = columns.start, self.target.height - rows.stop, width, height

@@ -90,6 +90,8 @@ class Drawing:
     projection: ValueProjection | None = None  # drawn in place of the medium
     # Depths at which the drawn part of each ray begins and ends, by the names of their samplers; empty for whole rays.
     interval: dict[str, AnyTexture] = field(default_factory=dict)
+    # Largest values that the rays have met before, by the name of the sampler; empty where nothing is known.
+    known: dict[str, AnyTexture] = field(default_factory=dict)
     slicing: str = "stacks"
     least_divided: float | None = None  # optical depth from which on slabs are divided, see divided_slabs.glsl
     # Low and high corner of what is drawn, in fractions of the first volume's box, shape (2, 3): slabs whose middles

@@ -25,11 +25,13 @@ from texvol.opengl.texture_store import (
     same,
     write_texels,
 )
+from texvol.opengl.value_bounds import Bounds, ValueBounds
 from texvol.scene.scene import Classification
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick, Triple
 from texvol.textures.slab_texture import SlabTexture
 from texvol.textures.spread_texture import SpreadTexture
+from texvol.textures.value_storage import keep_bulk
 from texvol.textures.value_texture import ValueTexture
 
 _AT_FIRST = 64 << 20  # bytes of the textures that follow each other where there is no room for all
@@ -43,6 +45,7 @@ class Prepared:
     empty_space: EmptySpace | None  # its own; None where it has none
     shown: NDArray[np.float64] | None  # corners of what may show, in fractions of the box; None if nothing does
     texels: dict[str, NDArray] | None  # by the names of their samplers; None: made slice by slice as they are uploaded
+    bounds: Bounds | None = None  # of the cells that a ray skips in modes mip and minip
 
 
 @dataclass
@@ -58,6 +61,7 @@ class Part:
     shown: NDArray[np.float64] | None  # corners of what may show, in fractions of the box; None if nothing does
     bytes: int
     view: str = ""  # the only one of which it holds what shows; "" if it holds all
+    bounds: ValueBounds | None = None
 
     def resources(self, brick: Brick) -> dict[str, moderngl.Texture | moderngl.Texture3D]:
         """Return textures and tables by the names of their samplers."""
@@ -135,6 +139,9 @@ class PartStore:
         part = Part(brick, texels, baked, {}, {}, prepared.empty_space, prepared.shown, 0, view)
         if part.shown is not None:
             self._fill(part, prepared.texels, everything)
+            if prepared.bounds is not None:
+                part.bounds = ValueBounds(self._gl)
+                part.bounds.upload(prepared.bounds)
         old = self._parts.pop((brick.position, brick.level), None)
         if old is not None:
             self._release(old)
@@ -193,6 +200,8 @@ class PartStore:
         self._tables.release(part.tables)
         if part.empty_space is not None:
             part.empty_space.release()
+        if part.bounds is not None:
+            part.bounds.release()
 
 
 class _Tables:
@@ -237,6 +246,7 @@ def _without_samples(baked: BakedTexture) -> BakedTexture:
     empty = Volume.__new__(Volume)
     empty.__dict__.update(volume.__dict__ | known)
     empty.values = np.broadcast_to(np.zeros((), volume.dtype), volume.shape)
+    keep_bulk(volume, empty)
     if isinstance(baked, SlabTexture):
         return replace(baked, volume=empty, samples=None)
     if isinstance(baked, SpreadTexture):

@@ -33,6 +33,7 @@ from texvol.scene.display import isosurface_looks
 from texvol.scene.lighting import Lighting
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+from texvol.slicing.bricks import Brick
 from texvol.textures.value_storage import FAR, HUGE, bulk_of
 from texvol.textures.value_texture import ValueTexture
 
@@ -42,8 +43,10 @@ _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation m
 _ALL_FINITE = 3e38
 _OFTEN_FAR = 16.0  # times the extent of most values: from there on the next cell may show in this one, by rounding
 Numbers = NDArray[np.float64]
+Sums = tuple[Numbers, Numbers, Numbers, Numbers]
 _SEVERAL = 4  # the shader's mode of several isosurfaces
 _MODES = {"xray": 1, "average": 1, "mip": 2, "minip": 2, "isosurface": 3}
+SIGN_OF_LARGEST = {"mip": 1.0, "minip": -1.0}  # with which values are compared
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class ValueProjection:
     @property
     def sign_of_largest(self) -> float:
         """Sign with which values are compared; 0 where extremes do not matter."""
-        return {"mip": 1.0, "minip": -1.0}.get(self.mode, 0.0)
+        return SIGN_OF_LARGEST.get(self.mode, 0.0)
 
     @property
     def blending(self) -> str:
@@ -120,13 +123,16 @@ class ValueProjection:
         """True if cells may hold values beside which float32 loses those of most samples."""
         return _MODES[self.mode] != 1 and baked.storage.farthest(baked.volume) > _OFTEN_FAR * baked.storage.extent
 
-    def uniforms(self, baked: ValueTexture) -> dict[str, Any]:
-        """Uniforms of the shader, but for those of light and rays."""
+    def uniforms(self, baked: ValueTexture, brick: Brick) -> dict[str, Any]:
+        """Uniforms of the shader, but for those of light and rays; `brick` is what the texture holds of the box."""
         uniforms: dict[str, Any] = {}
         if self._missing(baked):
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
         if self._missing(baked) == 2 or not self.measures_rays:
-            uniforms["samples"] = tuple(map(float, baked.volume.dimensions))
+            uniforms["samples"] = tuple(map(float, brick.samples_per_box))
+            if self.mode != "isosurface":
+                corner = (brick.samples_before - brick.stored_first) / brick.samples_per_box
+                uniforms["first_corner"] = tuple(map(float, corner))
         if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}
@@ -151,8 +157,13 @@ class ValueProjection:
         """The picture, shape (h, w, 4), of what the shader has drawn."""
         if self.mode == "isosurface":
             return drawn
+        with np.errstate(over="ignore"):
+            found = self.extremes(drawn, baked) if self.sign_of_largest else self.of_sums(self.sums(drawn, baked))
+        return self.picture(*found, slab_thickness)
+
+    def picture(self, found: Numbers, there: NDArray[np.bool_], slab_thickness: float) -> NDArray[np.float32]:
+        """The picture, shape (h, w, 4), of the number of each ray, as `extremes` and `of_sums` return it."""
         with np.errstate(over="ignore"):  # what single precision has no number for is infinite
-            found, there = self._extremes(drawn, baked) if self.mode in ("mip", "minip") else self._sums(drawn, baked)
             if self.mode == "xray":
                 found = found * slab_thickness
             # Whole arrays are copied: picking pixels takes longer than the sums.
@@ -161,7 +172,7 @@ class ValueProjection:
         picture[..., 3] = there
         return picture
 
-    def _extremes(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
+    def extremes(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
         """Largest or least values, and where there are any."""
         red = drawn[..., 0].astype(np.float64)
         stored = red if self.mode == "mip" else -red
@@ -171,21 +182,29 @@ class ValueProjection:
             found[infinite] = np.copysign(np.inf, stored[infinite])
         return found, red > NOTHING_YET / 2
 
-    def _sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> tuple[Numbers, NDArray[np.bool_]]:
-        """Integrals per slab thickness, or averages, and where there are any."""
-        above, direction, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
-        base, per, finite = baked.storage.offset + baked.storage.scale * self._bias(baked), 1.0, direction
+    def sums(self, drawn: NDArray[np.float32], baked: ValueTexture) -> Sums:
+        """Integrals of finite values, and lengths on which there is a value, an infinite and a minus infinite one.
+
+        All are along the ray in slab thicknesses, and of shape (h, w). Those of the parts of a volume add up.
+        """
+        above, length, infinite, minus_infinite = np.moveaxis(drawn.astype(np.float64), -1, 0)
+        base, per, finite = baked.storage.offset + baked.storage.scale * self._bias(baked), 1.0, length
         if self.attenuation is not None:
             base, per = max(base - self.attenuation.air, 0.0), self.attenuation.per_value
             # Minus infinity lets all light through, as air does.
-            finite, minus_infinite = direction - minus_infinite, np.zeros_like(direction)
-        found = per * (baked.storage.scale * above + base * finite)
+            finite, minus_infinite = length - minus_infinite, np.zeros_like(length)
+        return per * (baked.storage.scale * above + base * finite), length, infinite, minus_infinite
+
+    def of_sums(self, sums: Sums) -> tuple[Numbers, NDArray[np.bool_]]:
+        """Integrals per slab thickness, or averages, and where there are any."""
+        found, length, infinite, minus_infinite = sums
         if self.mode == "average":
-            found = np.divide(found, direction, out=np.zeros_like(found), where=direction > 0)
-        found[infinite > 0] = np.inf
-        found[minus_infinite > 0] = -np.inf
-        found[(infinite > 0) & (minus_infinite > 0)] = np.nan  # of both there is no sum
-        return found, direction > 0
+            found = np.divide(found, length, out=np.zeros_like(found), where=length > 0)
+        is_infinite = (infinite > 0) | (minus_infinite > 0)
+        if is_infinite.any():
+            both = (infinite > 0) & (minus_infinite > 0)  # of which there is no sum
+            found = np.where(is_infinite, np.where(both, np.nan, np.where(infinite > 0, np.inf, -np.inf)), found)
+        return found, length > 0
 
     def _missing(self, baked: ValueTexture) -> int:
         """The shader's switch MISSING."""

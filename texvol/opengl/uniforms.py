@@ -70,7 +70,7 @@ def single_switches(drawing: Drawing, brick: Brick) -> dict[str, int]:
     drawn, view = drawing.first, drawing.view
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"
-        texels = NO_LIGHT | drawing.projection.switches(drawn.baked)
+        texels = NO_LIGHT | drawing.projection.switches(drawn.baked) | {"KNOWN": int(bool(drawing.known))}
     else:
         obliquity = view.camera.largest_obliquity(view.size)
         texels = NO_LIGHT | NOTHING_SPECIAL | drawn.baked.switches(view.slab_thickness, obliquity)
@@ -102,7 +102,7 @@ def picture_uniforms(drawing: Drawing, stacks: SlabStacks) -> dict[str, Any]:
 
 def volume_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
     """Uniforms of one volume and the brick of it that is drawn, but for those of its cells."""
-    uniforms = ray_uniforms(drawn.volume, drawing.view) | _texel_uniforms(drawing, drawn)
+    uniforms = ray_uniforms(drawn.volume, drawing.view) | _texel_uniforms(drawing, drawn, brick)
     uniforms |= _lit_uniforms(drawing, drawn)
     return uniforms | brick_uniforms(brick, drawing.own_range(brick)) if drawing.is_cut(brick) else uniforms
 
@@ -129,11 +129,11 @@ def ray_uniforms(volume: Volume, view: View) -> dict[str, Any]:
     return uniforms
 
 
-def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume) -> dict[str, Any]:
+def _texel_uniforms(drawing: Drawing, drawn: DrawnVolume, brick: Brick) -> dict[str, Any]:
     """Uniforms of the texels: a medium, or the values themselves in a projection."""
     if drawing.projection is not None:
         assert isinstance(drawn.baked, ValueTexture), "only values are projected"
-        return drawing.projection.uniforms(drawn.baked) | (drawn.bounds.uniforms if drawn.bounds else {})
+        return drawing.projection.uniforms(drawn.baked, brick) | (drawn.bounds.uniforms if drawn.bounds else {})
     scales = {"color_scale": drawing.color_scale, "least_transmittance": drawing.least_transmittance}
     if drawing.least_divided is not None:
         scales["least_divided"] = drawing.least_divided

@@ -151,20 +151,7 @@ class VolumeCache:
 
         It is 0 if a picture of values with other rounding estimates that error better.
         """
-        baked = self.baked
-        if not isinstance(baked, ValueTexture):
-            return 0.0
-        storage = baked.storage
-        if not (storage.vouches_for_itself(baked.volume) or storage.condition >= HOPELESS):
-            return 0.0
-        if scene.mode not in NUMBER_MODES:
-            return min(storage.condition * ULP, 1.0)
-        of_a_value = storage.extent * storage.scale * ULP
-        if scene.mode in ("mip", "minip"):
-            return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
-        attenuation = attenuation_of(scene.air)
-        of_a_value *= 1.0 if attenuation is None else attenuation.per_value
-        return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
+        return rounding_of_values(self.baked, scene) if isinstance(self.baked, ValueTexture) else 0.0
 
     @property
     def hidden_rounding(self) -> Rounded:
@@ -181,6 +168,21 @@ class VolumeCache:
         self.empty_space.release()
         self.bounds.release()
         self._coarsest = None
+
+
+def rounding_of_values(baked: ValueTexture, scene: CompleteScene) -> float:
+    """Return `VolumeCache.rounding` of a picture of values in a texture."""
+    storage = baked.storage
+    if not (storage.vouches_for_itself(baked.volume) or storage.condition >= HOPELESS):
+        return 0.0
+    if scene.mode not in NUMBER_MODES:
+        return min(storage.condition * ULP, 1.0)
+    of_a_value = storage.extent * storage.scale * ULP
+    if scene.mode in ("mip", "minip"):
+        return _OF_A_CUBIC * min(storage.farthest(baked.volume), FAR * storage.extent) * storage.scale * ULP
+    attenuation = attenuation_of(scene.air)
+    of_a_value *= 1.0 if attenuation is None else attenuation.per_value
+    return of_a_value * (2 * scene.volume.radius if scene.mode == "xray" else 1.0)
 
 
 def shown_of(scene: CompleteScene) -> tuple[Shown, int]:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from texvol.scene.air import attenuation_of
+from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.scene.transfer import TransferFunction
 from texvol.util.color import linear_from_srgb
@@ -55,19 +56,28 @@ def number_colors(scene: Scene, window: Window | None) -> TransferFunction | Non
 def found_window(picture: NDArray, scene: Scene) -> Window:
     """(centre, width) where nobody chose one: the range of the finite values; for xray and average of the numbers.
 
-    A value that is met somewhere is nearly an extreme of all; sums and averages may be far from that. The width is 0
-    where all are the same, but for rounding.
+    A value that is met somewhere is nearly an extreme of all; sums and averages may be far from that. Of a store that
+    does not tell its extremes a coarse level's are known, beyond which a picture may go. The width is 0 where all are
+    the same, but for rounding.
     """
     if scene.mode in ("xray", "average"):
-        numbers = picture[..., 0][picture[..., 3] > 0]
-        numbers = numbers[np.isfinite(numbers)]
-        low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (0.0, 0.0)
+        low, high = _range_of(picture) or (0.0, 0.0)
         if high / 2 - low / 2 <= _SAME / 2 * max(abs(low), abs(high)):
             low = high
     else:
         low, high = scene.volume.finite_range or (0.0, 0.0)
+        if isinstance(scene.volume, LargeVolume) and scene.volume.levels[0].statistics is None:
+            met = _range_of(picture) or (low, high)
+            low, high = min(low, met[0]), max(high, met[1])
     half = high / 2 - low / 2
     return low / 2 + high / 2, 2 * min(half, float(np.finfo(np.float64).max) / 2)
+
+
+def _range_of(picture: NDArray) -> tuple[float, float] | None:
+    """Return the least and the largest finite number of a picture; None if it has none."""
+    numbers = picture[..., 0][picture[..., 3] > 0]
+    numbers = numbers[np.isfinite(numbers)]
+    return (float(numbers.min()), float(numbers.max())) if numbers.size else None
 
 
 def possible_range(scene: Scene) -> tuple[float, float]:

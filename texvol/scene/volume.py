@@ -275,9 +275,10 @@ class Volume(KeepsArrays, Interchanged):
         return None if np.isnan(low) else (low, high)
 
     def remember_range(self, lowest: float, highest: float) -> None:
-        """Take bounds of all values, none of which is NaN or infinite, for the smallest and the largest one.
+        """Take bounds of all values, none of which is NaN, for the smallest and the largest one.
 
-        For parts of a larger volume, of which they are known without another pass over their samples.
+        For parts of a larger volume, of which they are known without another pass over their samples. Where a bound is
+        infinite `finite_range` and `has_missing` have to be known already.
         """
         self.__dict__["value_range"] = lowest, highest
 

@@ -12,9 +12,16 @@ from numpy.typing import NDArray
 
 from texvol.scene.volume import Volume
 
+Triple = tuple[int, int, int]
 CELL = 4  # samples along an axis: 2 and 3 take as long, and more memory
 _LARGE = 4  # small cells along the side of a large one, as in best_cells.glsl: 2 takes as long
 _MOST_ALONG_AN_AXIS = 1632  # small cells: with the large ones these are 2040 texels, and every device has room for 2048
+
+
+def first_place_of(first: Triple, side: int) -> Triple:
+    """Return where the large cells begin that hold the samples `first` along three axes."""
+    x, y, z = (at // (_LARGE * side) * (_LARGE * side) for at in first)
+    return x, y, z
 
 
 def side_of(volume: Volume) -> int:
@@ -22,13 +29,17 @@ def side_of(volume: Volume) -> int:
     return max(CELL, -(-max(volume.dimensions) // _MOST_ALONG_AN_AXIS))
 
 
-def bounds_of(values: NDArray, side: int, reduce: np.ufunc) -> NDArray:
-    """Return the largest or least value of each cell, as `reduce` is fmax or fmin, shape (cz, cy, cx)."""
-    for _ in range(3):  # along z, y and x, each of which is the first axis in its turn
-        starts = range(0, len(values), side)
+def bounds_of(values: NDArray, side: int, reduce: np.ufunc, before: Triple = (0, 0, 0)) -> NDArray:
+    """Return the largest or least value of each cell, as `reduce` is fmax or fmin, shape (cz, cy, cx).
+
+    `before` are the samples along z, y, x from where the first cell begins to the first sample that there is. Cells
+    with no sample have the value of the first one.
+    """
+    for first in before:  # along z, y and x, each of which is the first axis in its turn
+        starts = range(-first, len(values), side)
         made = np.empty((len(starts), *values.shape[1:]), values.dtype)
         for layer, at in zip(made, starts, strict=True):
-            reduce.reduce(values[max(at - 1, 0) : at + side], axis=0, out=layer)
+            reduce.reduce(values[max(at - 1, 0) : max(at + side, 1)], axis=0, out=layer)
         values = np.ascontiguousarray(made.transpose(1, 2, 0))
     return values
 

@@ -114,6 +114,7 @@ def brick_of(
     dimensions: Triple,
     margin: NDArray[np.float64],
     shown: NDArray[np.float64] | None = None,
+    goes_on: bool = False,
 ) -> Brick:
     """Return a region as a brick whose texture is of a level.
 
@@ -126,18 +127,21 @@ def brick_of(
         Of level 0.
     margin : array of shape (3,)
         What is needed beyond the region and the next samples, in samples of level 0 along x, y, z. Of a coarse level
-        nothing is: its samples beyond the region are means of what other regions show.
+        nothing is, unless it `goes_on`: its samples beyond the region are means of what other regions show.
     shown : array of shape (2, 3), optional
         First sample, along x, y, z, and the one behind the last that is needed for what the region shows.
+    goes_on : bool
+        True if a coarse level is interpolated across the region's faces, too.
     """
     factor, offset = np.array(level.factor), np.array(level.first)
     low = (np.array(region.first) - 0.5 - offset) / factor
     high = (np.array(region.last) - 0.5 - offset) / factor
     count = np.array(level.source.shape[::-1])
-    if number:
+    is_cut = number > 0 and not goes_on
+    if is_cut:
         first, last = np.floor(low + 0.75), np.floor(high + 0.75)
     else:
-        first, last = np.floor(low - margin), np.floor(high + margin) + 2
+        first, last = np.floor(low - margin / factor), np.floor(high + margin / factor) + 2
     size = np.minimum(last - first, count)  # that of many bricks, whose textures may follow each other
     if shown is not None:
         first, last = np.maximum(first, shown[0]), np.minimum(last, shown[1])
@@ -150,7 +154,7 @@ def brick_of(
         _triple(first),
         _triple(last),
         dimensions,
-        _triple(last - first if number else np.maximum(size, last - first).astype(int)),
+        _triple(last - first if is_cut else np.maximum(size, last - first).astype(int)),
         number,
         level.factor,
         level.first,

@@ -217,6 +217,12 @@ def bulk_of(volume: Volume) -> tuple[float, float]:
     return _BULK[volume]
 
 
+def keep_bulk(volume: Volume, stand_in: Volume) -> None:
+    """Have a stand-in that lacks the samples of a volume know the interval of `bulk_of`, if it is known."""
+    if volume in _BULK:
+        _BULK[stand_in] = _BULK[volume]
+
+
 def spread_samples(volume: Volume, count: int) -> NDArray[np.intp]:
     """Indices (x, y, z) of samples spread evenly over a volume, shape (count, 3).
 

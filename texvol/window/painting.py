@@ -207,7 +207,7 @@ class JobRunner:
             picture = renderer.render(job.scene, job.size, level=level, slicing=slicing)
             metadata: dict[str, Any] = {"level": renderer.settings["level"]}
             if before is not None:
-                metadata["estimated_error"] = float(np.abs(picture - before).max())
+                metadata["estimated_error"] = error_control.if_finite(error_control.largest_difference(picture, before))
             before = picture
             self._send(job, picture, start, final=level == "auto", **metadata)
 

@@ -7,6 +7,7 @@ and files are of the store.
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +40,22 @@ class StandIn(Volume):
     @notes.setter
     def notes(self, notes: Sequence[str]) -> None:
         """Leave the notes of the part alone."""
+
+    @cached_property
+    def value_range(self) -> tuple[float, float] | None:
+        """That of the large volume, if its store tells it: pictures at rest and in motion have one window of values."""
+        return self._told.value_range
+
+    @cached_property
+    def finite_range(self) -> tuple[float, float] | None:
+        """As `value_range`."""
+        return self._told.finite_range
+
+    @cached_property
+    def _told(self) -> Volume:
+        """Volume that tells the range of values: the large one, or the part itself."""
+        known = None if self.large.levels[0].statistics is None else self.large.value_range
+        return self.large if known is not None and np.isfinite(known).all() else Volume(self.values)
 
 
 def stand_in(volume: Volume) -> Volume:

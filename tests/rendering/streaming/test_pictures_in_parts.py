@@ -127,11 +127,11 @@ def test_memory_is_kept(renderer: Renderer, volume: Volume) -> None:
 
 def test_what_cannot_be_drawn_in_parts_is_read_whole_or_refused(renderer: Renderer, volume: Volume) -> None:
     stored, _ = large(volume)
-    xray = Scene(stored, None, camera_of(volume, "orthographic"), mode="xray")
-    assert_array_equal(renderer.render(xray, SIZE), renderer.render(replace(xray, volume=volume), SIZE))
+    surface = Scene(stored, None, camera_of(volume, "orthographic"), mode="isosurface", isovalue=100)
+    assert_array_equal(renderer.render(surface, SIZE), renderer.render(replace(surface, volume=volume), SIZE))
     small, _ = large(volume, memory=1_000_000)
-    with pytest.raises(InputError, match="mode xray cannot be drawn part by part"):
-        renderer.render(replace(xray, volume=small), SIZE)
+    with pytest.raises(InputError, match="mode isosurface cannot be drawn part by part"):
+        renderer.render(replace(surface, volume=small), SIZE)
 
 
 def test_a_chunk_that_cannot_be_read_is_an_error_and_read_again(renderer: Renderer, volume: Volume) -> None:

@@ -57,18 +57,50 @@ def project(
     scene = scene.completed(size)
     if scene.isosurfaces:
         return surfaces_picture(scene, size, choose, tell)
+    if scene.mode != "isosurface":
+        return picture_of_numbers(scene, numbers_along_rays(scene, size, choose, tell))
     rays, numbers = _traced(scene, size, choose, tell)
     number, length = numbers[..., 0], numbers[..., 1]
-    if scene.mode == "isosurface":
-        picture = _surface_picture(scene, rays, number, length >= 0)
-        if scene.geometry:
-            from texvol.ray_casting.surfaces.layers import put_before, surface_layers
+    picture = _surface_picture(scene, rays, number, length >= 0)
+    if scene.geometry:
+        from texvol.ray_casting.surfaces.layers import put_before, surface_layers
 
-            behind = rays.ends[..., 1] if scene.depth is not None else np.full(length.shape, np.inf)
-            put_before(surface_layers(scene, size, choose), np.where(length >= 0, number, behind), picture)
-        return picture
+        behind = rays.ends[..., 1] if scene.depth is not None else np.full(length.shape, np.inf)
+        put_before(surface_layers(scene, size, choose), np.where(length >= 0, number, behind), picture)
+    return picture
+
+
+def numbers_along_rays(
+    scene: CompleteScene,
+    size: tuple[int, int],
+    choose: Choose = lambda array: array,
+    tell: Callable[[float], None] = lambda fraction: None,
+) -> Numbers:
+    """Return the numbers that a picture of xray, average, mip or minip is made of, shape (height, width, 2).
+
+    That is the integral, or the highest value (in minip of the values times -1), and the length on which there is a
+    value: see `together` for those of the parts of a volume.
+    """
+    _, numbers = _traced(scene, size, choose, tell)
     if (attenuation := attenuation_of(scene.air)) is not None:
-        number = attenuation.per_value * number
+        numbers[..., 0] *= attenuation.per_value
+    return numbers
+
+
+def together(scene: Scene, one: Numbers, other: Numbers) -> Numbers:
+    """Return the numbers of rays through two parts of a volume, as `numbers_along_rays` returns those of each."""
+    has_one, has_other = one[..., 1] > 0, other[..., 1] > 0
+    join = np.maximum if scene.mode in ("mip", "minip") else np.add
+    with np.errstate(invalid="ignore"):  # of infinities of both signs there is no sum
+        both = join(one[..., 0], other[..., 0])
+    number = np.where(has_one & has_other, both, np.where(has_one, one[..., 0], other[..., 0]))
+    length = np.where(has_one, one[..., 1], 0.0) + np.where(has_other, other[..., 1], 0.0)
+    return np.stack([number, length], axis=-1)
+
+
+def picture_of_numbers(scene: Scene, numbers: Numbers) -> Numbers:
+    """Return the picture of `numbers_along_rays`, shape (height, width, 4)."""
+    number, length = numbers[..., 0], numbers[..., 1]
     if scene.mode == "average":
         number = np.divide(number, length, out=np.zeros_like(number), where=length > 0)
     picture = np.zeros((*length.shape, 4))

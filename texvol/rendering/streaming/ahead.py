@@ -17,7 +17,7 @@ from texvol.opengl.part_store import Part, PartStore, Prepared
 from texvol.rendering.streaming.assembly import Assembly
 from texvol.rendering.streaming.parts import PictureOfParts
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import AHEAD, Screen
+from texvol.rendering.streaming.visibility import AHEAD, Hiding
 from texvol.slicing.bricks import Brick
 from texvol.slicing.regions import Region
 
@@ -44,7 +44,7 @@ class PartsAhead:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def in_order(
-        self, order: list[Region], screen: Screen, picture: PictureOfParts
+        self, order: list[Region], screen: Hiding, picture: PictureOfParts
     ) -> Generator[PendingPart, None, None]:
         """Yield the parts that are to be drawn, in order.
 
@@ -83,7 +83,7 @@ class PartsAhead:
             pending.brick, picture.texels(pending.brick), picture.scene.classification, picture.view
         )
 
-    def part(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, everything: bool) -> Part:
+    def part(self, pending: PendingPart, screen: Hiding, picture: PictureOfParts, everything: bool) -> Part:
         """Return the part on the device, when it has been prepared; `everything` as for `PartStore.added`.
 
         Raises
@@ -110,7 +110,7 @@ class PartsAhead:
         finally:
             self._forget(pending)
 
-    def _ask(self, pending: PendingPart, screen: Screen, picture: PictureOfParts, may_fail: bool) -> bool:
+    def _ask(self, pending: PendingPart, screen: Hiding, picture: PictureOfParts, may_fail: bool) -> bool:
         """Begin to read and prepare a part; return False if it may fail and there is no room for it now."""
         brick = pending.brick
         where = brick.level, brick.stored_first, brick.stored_last
@@ -143,12 +143,13 @@ class PartsAhead:
         pending.assembly = pending.prepared = None
 
 
-def _hidden(screen: Screen, picture: PictureOfParts, level: int, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which boxes of samples of a level, (n, 2, 3) along x, y, z, no ray comes to that is not opaque yet."""
+def _hidden(screen: Hiding, picture: PictureOfParts, level: int, boxes: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which chunks, boxes of samples of a level, (n, 2, 3) along x, y, z, would not change the picture."""
     own = picture.volume.levels[level]
     factor, first = np.array(own.factor), np.array(own.first)
     reach = picture.margin + factor  # a sample is seen as far as the next one, half a slab and gradients
     low = first + factor * boxes[:, 0] - reach
     high = first + factor * (boxes[:, 1] - 1) + reach
     parts = (np.stack([low, high], axis=1) + 0.5) / np.array(picture.volume.dimensions)
-    return screen.are_behind(np.clip(parts, 0.0, 1.0))
+    places = boxes[:, 0, ::-1].astype(np.intp) // own.source.chunk_shape
+    return screen.are_hidden(level, places, np.clip(parts, 0.0, 1.0))

@@ -49,7 +49,8 @@ class ChunkGrid:
     def unread(self, place: Place) -> Piece:
         """Return what stands for a chunk that is not read: its least value.
 
-        Between that and the samples around nothing shows where nothing shows in the chunk.
+        Between that and the samples around nothing shows where nothing shows in the chunk, and no value is larger or
+        less than any in the chunk and the samples around.
         """
         z, y, x = self.ends
         least = 0.0 if self._least is None else float(self._least[place])
@@ -69,4 +70,7 @@ class ChunkGrid:
 
     @cached_property
     def _least(self) -> NDArray[np.float64] | None:
-        return None if self._statistics is None else np.nan_to_num(self._statistics.minimum)
+        if self._statistics is None:
+            return None
+        least = self._statistics.minimum
+        return np.where(np.isnan(least), 0.0, least)

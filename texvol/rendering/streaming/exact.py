@@ -1,7 +1,8 @@
 """The oracle's picture of a large volume, region by region: only chunks that the asked rays pass are read.
 
 A region's part of the picture is that of its samples and those around, cut off by planes at the region's faces. Parts
-are composited front to back; a pixel that is opaque asks for nothing behind.
+are composited front to back; a pixel that is opaque asks for nothing behind. In the modes whose pictures are numbers
+the numbers of the parts are joined.
 """
 
 from __future__ import annotations
@@ -73,11 +74,12 @@ def raycast_pixels(
     tell : callable
         Is told again and again what fraction is done.
     """
-    from texvol import ray_casting
-
     if not is_in_parts(scene):
+        from texvol import ray_casting
+
         return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels, tell)
     complete = _settled(scene.completed(size))
+    picture: _Composited | _Joined = (_Composited if scene.mode == "composite" else _Joined)(complete, size, pixels)
     volume = complete.volume
     assert isinstance(volume, LargeVolume)
     reach = complete.gradient.reach if complete.needs_gradient else 0
@@ -88,7 +90,7 @@ def raycast_pixels(
     finest = [brick_of(region, volume.levels[0], 0, volume.dimensions, margin) for region in shown]
     cache = SampleCache(volume, volume.memory // 2)
     cache.need([needed_chunks(complete, volume, level, np.zeros(3)) for level in range(len(volume.levels))])
-    picture, number = np.zeros((len(pixels), 4)), np.full((size[1], size[0]), -1)
+    number = np.full((size[1], size[0]), -1)
     number[pixels[:, 1], pixels[:, 0]] = np.arange(len(pixels))
     try:
         for done, brick in enumerate(bricks.visibility_order(finest, volume, complete.camera)):
@@ -96,19 +98,65 @@ def raycast_pixels(
             region = at[brick.position]
             where, mask = pixels_of(volume, complete.camera, size, np.clip(region.box(volume.dimensions), 0, 1))
             passing = number[where][mask]
-            passing = passing[passing >= 0]
-            passing = passing[picture[passing, 3] < 1 - _OPAQUE]
+            passing = picture.open_among(passing[passing >= 0])
             if not passing.size:
                 continue
             part = cache.part(0, brick.stored_first, brick.stored_last)
             planes = complete.clip + _faces(volume, region)
-            of_region = replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0))
-            behind = ray_casting.raycast_pixels(of_region, size, pixels[passing])
-            picture[passing] += (1 - picture[passing, 3:]) * behind
+            picture.add(replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0)), passing)
     finally:
         cache.close()
-    picture[:, :3] += (1 - picture[:, 3:]) * np.array(complete.background)
-    return picture
+    return picture.finished()
+
+
+class _Composited:
+    """Pixels of the medium's picture, behind which parts are composited, front to back."""
+
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np.intp]) -> None:
+        self._scene, self._size, self._pixels = scene, size, pixels
+        self._picture = np.zeros((len(pixels), 4))
+
+    def open_among(self, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return those of some pixels, by number, in which something behind would show."""
+        return numbers[self._picture[numbers, 3] < 1 - _OPAQUE]
+
+    def add(self, part: CompleteScene, numbers: NDArray[np.intp]) -> None:
+        """Add a part in some pixels."""
+        from texvol import ray_casting
+
+        behind = ray_casting.raycast_pixels(part, self._size, self._pixels[numbers])
+        self._picture[numbers] += (1 - self._picture[numbers, 3:]) * behind
+
+    def finished(self) -> Numbers:
+        """Return the pixels over the background, shape (n, 4)."""
+        self._picture[:, :3] += (1 - self._picture[:, 3:]) * np.array(self._scene.background)
+        return self._picture
+
+
+class _Joined:
+    """Pixels of a picture of numbers, to which those of the parts are joined in any order."""
+
+    def __init__(self, scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np.intp]) -> None:
+        self._scene, self._size, self._pixels = scene, size, pixels
+        self._numbers = np.zeros((len(pixels), 2))
+
+    def open_among(self, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return the pixels themselves."""
+        return numbers
+
+    def add(self, part: CompleteScene, numbers: NDArray[np.intp]) -> None:
+        """Join a part's numbers in some pixels."""
+        from texvol.ray_casting.projection.pictures import numbers_along_rays, together
+
+        columns, rows = self._pixels[numbers].T
+        found = numbers_along_rays(part, self._size, lambda array: array[rows, columns][:, np.newaxis])[:, 0]
+        self._numbers[numbers] = together(self._scene, self._numbers[numbers], found)
+
+    def finished(self) -> Numbers:
+        """Return the pixels, shape (n, 4)."""
+        from texvol.ray_casting.projection.pictures import picture_of_numbers
+
+        return picture_of_numbers(self._scene, self._numbers)
 
 
 def is_in_parts(scene: Scene) -> bool:
@@ -126,6 +174,8 @@ def fits(scene: Scene) -> bool:
 
 def _settled(scene: CompleteScene) -> CompleteScene:
     """Return the scene with light and depth cue that do not depend on the volume that is put in its place."""
+    if scene.mode != "composite":
+        return scene
     scene = with_settled_light(scene)
     if scene.depth_cue is None:
         return scene

@@ -1,10 +1,14 @@
-"""Scenes that can be drawn part by part; of others all samples have to be in memory at once."""
+"""Scenes that can be drawn part by part; of others all samples have to be in memory at once.
+
+Parts are of one volume. In mode composite they are composited front to back; in the modes whose pictures are numbers
+(xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the largest or least is kept.
+"""
 
 from __future__ import annotations
 
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
-from texvol.scene.scene import Scene
+from texvol.scene.scene import NUMBER_MODES, Scene
 from texvol.util.errors import check_type
 
 
@@ -38,12 +42,12 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
     """Return what of a scene needs all samples in memory; None if it can be drawn part by part."""
     reasons = {
-        f"mode {scene.mode}": scene.mode != "composite",
+        f"mode {scene.mode}": scene.mode not in ("composite", *NUMBER_MODES),
         "several volumes": bool(scene.added),
         "a mask": scene.mask is not None,
         "meshes or lines": bool(scene.geometry),
         "a depth picture": scene.depth is not None,
-        "shadows": casts_shadows(scene.lighting),
+        "shadows": scene.mode == "composite" and casts_shadows(scene.lighting),
         "the adaptive gradient": scene.needs_gradient and scene.gradient.kind == "adaptive",
         "texture refinement": texture_refinement not in (None, 1, "auto"),
     }

@@ -4,7 +4,8 @@
 
 *By error.* Rays through a coarse level predict how far each level of each region moves the picture: see
 `texvol.rendering.streaming.sensitivity`. A ray has a budget, which regions of coarse levels use up. Regions are made
-coarse as long as no ray goes beyond its budget, first those that save most for what they use of it.
+coarse as long as no ray goes beyond its budget, first those that save most for what they use of it. Nothing predicts
+that of pictures of numbers: where an error is asked for they are of the finest level.
 """
 
 from __future__ import annotations
@@ -74,8 +75,9 @@ def with_levels(
         if level not in ("auto", 0):
             raise InputError(f"level must be of a volume in a store that is drawn part by part, got {level!r}")
         return settings
+    is_composite = scene.mode == "composite"
     if level_error is None and level == "auto" and asked.max_error is not None:
-        level_error = _OF_LEVELS * asked.max_error
+        level_error, level = (_OF_LEVELS * asked.max_error, level) if is_composite else (None, 0)
     if level_error is not None:
         if level not in ("auto", 0):
             raise InputError(f"level must be auto where an error decides it, got {level!r}")
@@ -99,7 +101,7 @@ def _sooner(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, nu
 
     Samples of the level are at most two pixels apart. A scene with a light of its own stays as it is.
     """
-    if scene.lighting != EXPOSED or number + 1 >= len(volume.levels):
+    if scene.mode != "composite" or scene.lighting != EXPOSED or number + 1 >= len(volume.levels):
         return number
     samples = float(np.prod(volume.levels[number].source.shape, dtype=float))
     whole = Region((0, 0, 0), (0, 0, 0), volume.dimensions)
@@ -169,7 +171,7 @@ def levels_by_error(
     # Gradients of coarse samples are not those of fine ones; and labels have no variance.
     if not regions or max_error <= 0 or volume.levels[0].statistics is None or volume.nearest:
         return finest
-    if scene.medium.needs_gradient:
+    if scene.mode != "composite" or scene.medium.needs_gradient:
         return finest
     guide = Guide.of(volume, Smoothed(scene.medium, volume.smallest_spacing))
     if guide is None:

@@ -1,4 +1,7 @@
-"""Regions of a picture: which of them show anything, in which order, and from which level."""
+"""Regions of a picture: which of them show anything, in which order, and from which level.
+
+Front to back; in modes mip and minip those first that may hold the largest or least value, as the store knows it.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.opengl.projection import SIGN_OF_LARGEST
 from texvol.rendering.settings import Settings
+from texvol.rendering.streaming.extremes import StoreBounds, groups_of
 from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
 from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show, shown_box
 from texvol.scene.large_volume import Box, LargeVolume
@@ -53,9 +58,12 @@ class RegionsOfPicture:
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
         # Between the ends of a slab `integrated` shows what lies anywhere in it.
         self.beyond = self.margin if scene.classification == "integrated" else np.zeros(3)
+        sign = SIGN_OF_LARGEST.get(scene.mode)
+        self.value_bounds = None if sign is None else StoreBounds(volume, sign)
+        self.bounds: dict[Triple, float] = {}  # in modes mip and minip, of the shown regions by position
 
     def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
-        """Return the regions that may show anything, front to back."""
+        """Return the regions that may show anything, in the order in which they are drawn."""
         shown = regions_that_show(self.scene, self.size, self.volume, regions, self.margin, self.beyond)
         drawn = Drawn(len(regions), empty=len(regions) - len(shown))
         error = self.settings.level_error
@@ -71,7 +79,14 @@ class RegionsOfPicture:
         drawn.moved = self.levels.moved
         self._at = {region.position: region for region in shown}
         ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
-        return [self._at[brick.position] for brick in ordered], drawn
+        order = [self._at[brick.position] for brick in ordered]
+        if self.value_bounds is not None:
+            bounds = {each.position: self.value_bounds.of_brick(self.brick(each, self.level(each))) for each in order}
+            self.bounds = {position: bound for position, bound in bounds.items() if not np.isnan(bound)}
+            groups = groups_of(self.bounds)
+            order = sorted((each for each in order if each.position in groups), key=lambda each: groups[each.position])
+            drawn.empty = len(regions) - len(order)
+        return order, drawn
 
     def level(self, region: Region) -> int:
         """Return the level of a region that is shown."""
@@ -85,7 +100,8 @@ class RegionsOfPicture:
             if shown is not None:
                 shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
             of_level = self.volume.levels[level], level, self.volume.dimensions
-            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown)
+            goes_on = self.scene.mode != "composite"
+            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown, goes_on)
         return self._bricks[region, level]
 
     def needed(self, number: int) -> NDArray[np.bool_] | None:

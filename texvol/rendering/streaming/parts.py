@@ -11,10 +11,12 @@ from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
-from texvol.opengl.drawing import Drawing, DrawnVolume, View
+from texvol.opengl.drawing import AnyTexture, Drawing, DrawnVolume, View
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.part_store import Part, Prepared, shown_part
+from texvol.opengl.projection import projection_of
 from texvol.opengl.texture_store import BakedTexture
+from texvol.opengl.value_bounds import Bounds
 from texvol.rendering.render import bake, draw_brick, draw_together
 from texvol.rendering.scene_cache import color_scale_of, most_light_of, stored_scene
 from texvol.rendering.settings import Settings
@@ -45,38 +47,45 @@ class PictureOfParts(RegionsOfPicture):
     def __init__(
         self, context: Context, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume
     ) -> None:
-        super().__init__(stored_scene(with_settled_light(scene)), size, settings, volume)
+        self.projection = projection_of(scene)
+        scene = with_settled_light(scene) if self.projection is None else replace(scene, lighting=None)
+        super().__init__(stored_scene(scene), size, settings, volume)
         self._gl = context.gl
         scene = self.scene
-        thickness = settings.slab_thickness
+        is_composite = self.projection is None
         self.drawing = Drawing(
-            View(scene.camera, size, thickness, volume.centre),
+            View(scene.camera, size, settings.slab_thickness, volume.centre),
             (),
-            color_scale=color_scale_of((scene,)),
-            least_transmittance=settings.early_termination / most_light_of((scene,)),
+            color_scale=color_scale_of((scene,)) if is_composite else 1.0,
+            least_transmittance=settings.early_termination / most_light_of((scene,)) if is_composite else 0.0,
             cutting=scene.cutting,
             depth_cue=scene.depth_cue,
+            projection=self.projection,
             slicing=settings.slicing,
         )
-        self.texel_format = settings.texture_format
-        if self.texel_format == "auto":
-            self.texel_format = texel_format.cheapest_texel_format(
-                volume.overview, scene.medium, scene.classification, thickness
-            )
-        if scene.needs_gradient and scene.classification in ("post", "integrated"):
-            self.texel_format = "rgba32f"  # whose gradients need no scale that all parts have in common
-        if self._is_exact:
-            self.texel_format = "exact"
-        if self.texel_format == REFERENCE and scene.classification in ("slab", "extinction"):
-            self.texel_format = "rgba32f"
+        self.texel_format = self._texel_format_of()
         # Threads share what is worked out once.
+        adds_up = self.projection is not None and self.projection.measures_rays and volume.dtype.kind == "f"
+        self._range = volume.value_range if adds_up else None
         self.smoothed = Smoothed(scene.medium, volume.smallest_spacing) if self._has_distributions else None
+
+    def _texel_format_of(self) -> str:
+        """Return the texel format of all parts, as `bake` takes it."""
+        scene, asked = self.scene, self.settings.texture_format
+        if self._is_exact or (self.projection is not None and asked != REFERENCE):
+            return "exact"
+        if scene.needs_gradient and scene.classification in ("post", "integrated"):
+            return "rgba32f"  # whose gradients need no scale that all parts have in common
+        if asked == "auto":
+            how = scene.medium, scene.classification, self.settings.slab_thickness
+            return texel_format.cheapest_texel_format(self.volume.overview, *how)
+        return "rgba32f" if asked == REFERENCE and scene.classification in ("slab", "extinction") else asked
 
     @cached_property
     def _is_exact(self) -> bool:
         """True if values are stored as they are in every texel format."""
         scene, volume = self.scene, self.volume
-        if scene.classification not in ("post", "integrated") or scene.needs_gradient:
+        if scene.classification not in ("post", "integrated") or scene.needs_gradient or self.projection is not None:
             return False
         small = volume.dtype.kind in "iu" and volume.dtype.itemsize <= 2
         return small and storage_of(volume.overview, features_of_medium(scene.medium, volume.overview)).is_well
@@ -85,9 +94,11 @@ class PictureOfParts(RegionsOfPicture):
     def view(self) -> str:
         """All on which it depends what is opaque before a part; parts of which something is left out are of one."""
         scene, drawing = self.scene, self.drawing
+        settings = self.settings
         return (
-            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} "
-            f"{drawing.view.slab_thickness} {drawing.least_transmittance} {self.settings.level_error}"
+            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} {scene.mode} "
+            f"{drawing.view.slab_thickness} {drawing.least_transmittance} {settings.level_error} {settings.level} "
+            f"{settings.coarser_by_pixels}"
         )
 
     def texels(self, brick: Brick) -> tuple[Any, ...]:
@@ -99,12 +110,15 @@ class PictureOfParts(RegionsOfPicture):
             kind = "distributions"
         else:
             kind = "values" if self._is_exact else scene.classification
+            kind = kind if self.projection is None else f"numbers {self._sign_of_bounds}"
         samples = f"{brick.level} {self.left_to_coarse(brick)}"
         return (self.volume, scene.medium, kind, self.texel_format, thickness, samples, *light)
 
     def prepared(self, volume: Volume, brick: Brick) -> Prepared:
         """Return what a part's textures are made from; any thread may do that, without the context."""
         scene, spread = replace(self.scene, volume=volume), None
+        if self.projection is not None:
+            self._find_range(volume, brick)  # on which it depends how values are stored
         if brick.level and self._has_distributions:
             assert self.smoothed is not None
             spread = spread_of(self.volume, volume, brick, self.smoothed)
@@ -117,7 +131,16 @@ class PictureOfParts(RegionsOfPicture):
         # Values take little more memory as texels; others are baked slice by slice when they are uploaded.
         is_small = isinstance(baked, ValueTexture) and baked.estimator is None
         texels = baked.all_texels((slice(None),) * 3) if is_small and shown is not None else None
-        return Prepared(baked, empty_space, shown, texels)
+        bounds = None
+        if self._sign_of_bounds:
+            assert isinstance(baked, ValueTexture), "only values are projected"
+            bounds = Bounds.of(baked, self._sign_of_bounds, brick.stored_first)
+        return Prepared(baked, empty_space, shown, texels, bounds)
+
+    @property
+    def _sign_of_bounds(self) -> float:
+        """Sign with which values in cells are compared, of which rays skip some; 0 where they skip none."""
+        return self.projection.sign_of_largest if self.projection and self.settings.skip_empty else 0.0
 
     def _empty_space(
         self, volume: Volume, baked: BakedTexture, brick: Brick, spread: Spread | None
@@ -156,7 +179,11 @@ class PictureOfParts(RegionsOfPicture):
         # Statistics of a coarse level would be read for this alone.
         statistics = self.volume.levels[0].statistics if brick.level == 0 else None
         if statistics is None or volume.dtype.kind == "f" or "value_range" in vars(volume):
-            _ = volume.value_range
+            _ = volume.finite_range, volume.has_missing
+            if self._range is not None and volume.value_range is not None and not np.isfinite(self._range).all():
+                # Where any part has infinities all are integrated from plane to plane, as the volume in memory is.
+                (low, high), (lowest, highest) = volume.value_range, self._range
+                volume.remember_range(min(low, lowest), max(high, highest))
             return
         ends = zip(brick.stored_first[::-1], brick.stored_last[::-1], statistics.chunk_shape, strict=True)
         chunks = tuple(slice(a // n, -(-b // n)) for a, b, n in ends)
@@ -185,7 +212,8 @@ class PictureOfParts(RegionsOfPicture):
     @cached_property
     def _has_distributions(self) -> bool:
         """True if samples of coarse levels stand for distributions of values: labels do not, nor do gradients."""
-        return not (self.volume.nearest or self.scene.medium.needs_gradient)
+        is_composite = self.projection is None
+        return is_composite and not (self.volume.nearest or self.scene.medium.needs_gradient)
 
     def bytes_of(self, order: list[Region]) -> float:
         """Return about how many bytes of texels all regions have."""
@@ -194,14 +222,14 @@ class PictureOfParts(RegionsOfPicture):
         finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, self.margin) for each in order]
         return sum(float(np.prod(brick.texture_size)) for brick in finest) * per_sample
 
-    def draw(self, compositor: Compositor, part: Part) -> None:
-        """Composite a part behind the picture so far."""
+    def draw(self, compositor: Compositor, part: Part, known: dict[str, AnyTexture] | None = None) -> None:
+        """Composite a part behind the picture so far; or draw its numbers, of which some may be `known`."""
         space = part.empty_space or (self._space if self.settings.skips(self.scene) else None)
         skips = space.skips if space is not None else None
         cells = _ALL_OF_THE_BOX
         if skips is not None:
             cells = part.cells if part.empty_space is not None else (self._chunks_per_box, _ALL_OF_THE_BOX[1])
-        lit_when_drawn = isinstance(part.baked, ValueTexture)
+        lit_when_drawn = isinstance(part.baked, ValueTexture) and self.projection is None
         one = DrawnVolume(
             self.volume,
             part.baked,
@@ -210,9 +238,10 @@ class PictureOfParts(RegionsOfPicture):
             skips,
             *cells,
             lighting=self.scene.lighting if lit_when_drawn else None,
+            bounds=part.bounds,
             fetched=self.settings.interpolation == "shader",
         )
-        drawing = replace(self.drawing, volumes=(one,))
+        drawing = replace(self.drawing, volumes=(one,), known=known or {})
         assert part.shown is not None
         if self.volume.nearest:
             draw_together(compositor, drawing, [part.brick], part.shown)

@@ -3,6 +3,9 @@
 What is not read: regions off the screen or cut away, chunks in which the store's statistics say that nothing shows, and
 regions of which all pixels are opaque already. The picture is the same as of the volume in memory: slabs have one phase
 for the whole box, and each is drawn by the region in which its middle lies.
+
+In the modes xray, average, mip and minip each region is drawn by itself, and the numbers of all are collected, in any
+order. What cannot change a picture of mip or minip is not read, see `extremes`.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.opengl.collected import CollectedNumbers, KnownLargest
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing
@@ -25,12 +29,15 @@ from texvol.rendering.render import read
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
 from texvol.rendering.streaming.ahead import PartsAhead
+from texvol.rendering.streaming.extremes import KnownExtremes
 from texvol.rendering.streaming.ordering import Drawn, KnownLevels
 from texvol.rendering.streaming.parts import PictureOfParts
 from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import Screen
+from texvol.rendering.streaming.visibility import Hiding, Screen
+from texvol.rendering.volume_cache import rounding_of_values
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
+from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region, regions_of_level
 from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import Rounded, ValueTexture
@@ -53,6 +60,9 @@ class StreamedPictures:
         self._parts: PartStore | None = None
         self._ahead: PartsAhead | None = None
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
+        self._rounding, self._vouches = 0.0, False  # of the numbers of a projection
+        self._collected: CollectedNumbers | None = None  # of the last picture, if it is one of numbers
+        self._known = KnownLargest(context.gl)
         self._formats: set[str] = set()
         self._known_levels: tuple[tuple[Any, ...], KnownLevels] | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
@@ -77,6 +87,8 @@ class StreamedPictures:
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         self._watch.seconds["draw"] = median(times[1:] or times)
         with self._watch.timed("read"):
+            if self._collected is not None:
+                return self._collected.picture(settings.slab_thickness)
             return read(self.compositor, drawing)
 
     def count(
@@ -88,12 +100,14 @@ class StreamedPictures:
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
+        if self._collected is not None:
+            return self._rounding
         return min(self.lost_digits, 1.0) if self.lost_digits >= HOPELESS * ULP else 0.0
 
     @property
     def hidden_rounding(self) -> Rounded:
         """Part of the texels whose rounding may make two pictures of them wrong alike."""
-        return "values"
+        return "nothing" if self._collected is not None and self._vouches else "values"
 
     @contextmanager
     def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
@@ -126,7 +140,8 @@ class StreamedPictures:
         picture = PictureOfParts(self._context, scene, size, settings, volume)
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
-        self._formats, self.lost_digits = set(), 0.0
+        self._formats, self.lost_digits, self._rounding, self._vouches = set(), 0.0, 0.0, True
+        self._collected = CollectedNumbers(drawing.projection, size) if drawing.projection else None
         compositor = self.compositor
         compositor.begin(drawing, settings.target_format)
         regions = regions_of_level(volume, settings.level)
@@ -136,7 +151,7 @@ class StreamedPictures:
         cache.need([picture.needed(number) if number in drawn else None for number in range(len(volume.levels))])
         bricks = [picture.brick(each, picture.level(each)) for each in order]
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
-        screen = Screen(picture.scene, size, drawing.least_transmittance)
+        screen = self._screen_of(picture)
         try:
             with cache.counted():
                 self._draw_all(order, screen, ahead, picture)
@@ -149,6 +164,13 @@ class StreamedPictures:
         compositor.finish()
         return drawing
 
+    def _screen_of(self, picture: PictureOfParts) -> Hiding:
+        """Return what knows, while a picture is drawn, what would not change it."""
+        if picture.value_bounds is None:
+            return Screen(picture.scene, picture.size, picture.drawing.least_transmittance)
+        assert self._collected is not None
+        return KnownExtremes(picture.scene, picture.size, picture.value_bounds, picture.bounds, self._collected)
+
     def _levels_of(self, picture: PictureOfParts) -> KnownLevels:
         """Return the levels that were chosen for the same view by the same error, so that pictures can be compared."""
         scene = picture.scene
@@ -159,25 +181,44 @@ class StreamedPictures:
             self._known_levels = (*view, error), KnownLevels()
         return self._known_levels[1]
 
-    def _draw_all(self, order: list[Region], screen: Screen, ahead: PartsAhead, picture: PictureOfParts) -> None:
+    def _draw_all(self, order: list[Region], screen: Hiding, ahead: PartsAhead, picture: PictureOfParts) -> None:
         everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
         with closing(ahead.in_order(order, screen, picture)) as parts:
             for pending in parts:
                 with self._watch.timed("bake"):
                     part = ahead.part(pending, screen, picture, everything)
-                self._note(part)
+                self._note(part, picture.scene)
                 if part.shown is not None:
-                    picture.draw(self.compositor, part)
+                    self._draw(part, picture)
                     screen.has_drawn(self.compositor, pending.brick, part.baked.volume.value_range)
                 self.tell(self.drawn.drawn / max(len(order) - screen.hidden, 1))
 
-    def _note(self, part: Part) -> None:
+    def _draw(self, part: Part, picture: PictureOfParts) -> None:
+        """Composite a part behind the picture so far; or draw it by itself and collect its numbers."""
+        if self._collected is None:
+            picture.draw(self.compositor, part)
+            return
+        assert part.shown is not None and isinstance(part.baked, ValueTexture)
+        where, mask = pixels_of(picture.volume, picture.scene.camera, picture.size, part.shown)
+        if not mask.size:
+            return
+        known = None
+        if part.bounds is not None:
+            known = self._known.samplers(picture.size, where, self._collected.stored_largest(where, part.baked))
+        self.compositor.begin(picture.drawing, picture.settings.target_format)
+        picture.draw(self.compositor, part, known)
+        self._collected.add(where, self.compositor.pixels(*where), part.baked)
+
+    def _note(self, part: Part, scene: CompleteScene) -> None:
         self.drawn.drawn += 1
         level = part.brick.level
         self.drawn.by_level[level] = self.drawn.by_level.get(level, 0) + 1
         self._formats.add(part.baked.texel_format)
         if isinstance(part.baked, ValueTexture):
             self.lost_digits = max(self.lost_digits, part.baked.storage.condition * ULP)
+            if self._collected is not None:
+                self._rounding = max(self._rounding, rounding_of_values(part.baked, scene))
+                self._vouches &= part.baked.storage.vouches_for_itself(part.baked.volume)
 
     @property
     def stats(self) -> dict[str, Any]:
@@ -198,6 +239,7 @@ class StreamedPictures:
             self._cache.close()
         if self._parts is not None:
             self._parts.release()
+        self._known.release()
         self._cache = self._parts = self._ahead = None
 
     def _prepared(self, volume: LargeVolume) -> tuple[SampleCache, PartsAhead]:

@@ -59,7 +59,7 @@ class Plan:
                 f"draws   {sum(self.levels.values())} of {self.regions} regions ({levels}{off}; "
                 f"{self.empty} show nothing), {self.size[0]} x {self.size[1]} pixels, {slabs}",
                 f"reads   at most {self.chunks} chunks, {in_bytes(self.bytes)} of samples (level 0 has "
-                f"{self.chunks_total} chunks, {in_bytes(self.bytes_total)}); less where opaque matter hides them",
+                f"{self.chunks_total} chunks, {in_bytes(self.bytes_total)}); less where others hide them",
                 f"needs   {in_bytes(self.least_memory)} of memory at least, has {in_bytes(self.memory)} for samples",
             ]
         )

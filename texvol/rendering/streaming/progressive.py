@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.error_control import largest_difference
 from texvol.rendering.renderer import Renderer
 from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.rendering.streaming.levels import settled_level
@@ -82,4 +83,4 @@ def coarse_levels(scene: Scene, size: tuple[int, int], accuracy: dict[str, Any])
 
 
 def _moved(picture: NDArray[np.float32], before: NDArray[np.float32] | None) -> float | None:
-    return None if before is None else float(np.abs(picture - before).max())
+    return None if before is None else largest_difference(picture, before)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,10 +18,41 @@ from texvol.slicing.coverage import pixel_boxes_of, pixels_of
 from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
+Places = NDArray[np.intp]
 _LEAST = 2.0**-24  # transmittance that float32 tells from none
 _AT_ONCE = 4096  # regions whose corners are worked out together: a volume may have a million
 _FEW_DRAWN = 4  # bricks, after which the picture is read again
 AHEAD = 6  # regions that are read before they are drawn, as far as memory goes
+
+
+class Hiding(Protocol):
+    """Knowledge of a picture that is being drawn: what needs no more be read, because it would not change it."""
+
+    hidden: int  # bricks so far
+
+    def hides(self, brick: Brick) -> bool:
+        """True if a brick would change nothing; it counts as hidden then."""
+
+    def may_hide(self, brick: Brick, before: Sequence[Brick]) -> bool:
+        """True if a brick may turn out to be hidden when some others, which are not drawn yet, are."""
+
+    @property
+    def tells_chunks(self) -> bool:
+        """True if `are_hidden` may find anything."""
+
+    def are_hidden(self, level: int, places: Places, parts: Box) -> NDArray[np.bool_]:
+        """Return which chunks of a level would change nothing.
+
+        Parameters
+        ----------
+        places : array of shape (n, 3)
+            Of the chunks in the level's grid, along z, y, x.
+        parts : array of shape (n, 2, 3)
+            Low and high corner, in fractions of the box, of all that depends on their samples.
+        """
+
+    def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
+        """Remember that a brick of a range of values has been drawn."""
 
 
 class Screen:
@@ -72,14 +104,11 @@ class Screen:
 
     @property
     def tells_chunks(self) -> bool:
-        """True if `are_behind` may find anything."""
+        """True if `are_hidden` may find anything."""
         return self._may_be_opaque and bool((self._deepest >= self._enough).any())
 
-    def are_behind(self, parts: Box) -> NDArray[np.bool_]:
-        """Return which parts of the box only pixels may show that were opaque a few bricks ago.
-
-        `parts` are low and high corners in fractions of the box, shape (n, 2, 3).
-        """
+    def are_hidden(self, level: int, places: Places, parts: Box) -> NDArray[np.bool_]:
+        """Return which parts of the box only pixels may show that were opaque a few bricks ago, wherever they are."""
         if len(self._changed) >= _FEW_DRAWN:
             self._update()
         low, high = pixel_boxes_of(self._scene.volume, self._scene.camera, self._size, parts)
@@ -218,9 +247,12 @@ def shown_box(
 
 
 def chunks_that_show(scene: CompleteScene, volume: LargeVolume) -> NDArray[np.bool_] | None:
-    """Return which chunks of level 0 may show anything, shape (cz, cy, cx); None where nothing is known."""
+    """Return which chunks of level 0 may show anything, shape (cz, cy, cx); None where nothing is known.
+
+    In modes other than composite it is not the transfer function that decides what shows.
+    """
     statistics = volume.levels[0].statistics
-    if statistics is None:
+    if statistics is None or scene.mode != "composite":
         return None
     known: tuple[object, NDArray[np.bool_]] | None = scene.__dict__.get("_chunks_that_show")
     if known is None or known[0] is not volume:
