@@ -33,7 +33,7 @@ def crosses(start: Any, end: Any, rect: Rect) -> bool:
 
 @settings(max_examples=30, deadline=None)
 @given(
-    st.tuples(st.integers(60, 700), st.integers(60, 500)),
+    st.tuples(st.integers(60, 450), st.integers(60, 350)),
     st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda eye: max(map(abs, eye)) > 0.1),
     st.sampled_from(sorted(DIRECTIONS)),
     st.sampled_from(BOTH),

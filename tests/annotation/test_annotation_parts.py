@@ -249,7 +249,7 @@ def overlapping(rects: list[Rect]) -> list[tuple[Rect, Rect]]:
 
 @settings(max_examples=60, deadline=None)
 @given(
-    st.tuples(st.integers(40, 700), st.integers(40, 500)),
+    st.tuples(st.integers(40, 450), st.integers(40, 350)),
     st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda eye: max(map(abs, eye)) > 0.1),
     st.sampled_from(sorted(DIRECTIONS)),
     st.sampled_from(BOTH),

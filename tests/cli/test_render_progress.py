@@ -18,7 +18,7 @@ def volume(tmp_path: Path) -> str:
 
 
 def test_the_fraction_that_is_drawn_never_falls(volume: str, tmp_path: Path) -> None:
-    words = ["render", volume, "--light", "head", "--size", "500x400", "--sampling-rate", "16", "-o", "p.png"]
+    words = ["render", volume, "--light", "head", "--size", "360x280", "--sampling-rate", "16", "-o", "p.png"]
     status, printed, _ = on_terminal(tmp_path, words, lambda _: False)
     assert status == 0 and (tmp_path / "p.png").exists()
     told = [int(each) for each in SHOWN.findall(printed)]

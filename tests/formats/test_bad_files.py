@@ -17,7 +17,7 @@ import tifffile
 from support import grid_files, marked, mesh_files
 from support.dicom_files import slice_of
 from support.grid_files import points_of_axes, rectilinear, structured, written
-from support.refusal import refused
+from support.refusal import refused, told_well
 from vtkmodules.util.numpy_support import numpy_to_vtk
 from vtkmodules.vtkCommonDataModel import vtkImageData
 from vtkmodules.vtkIOXML import vtkXMLImageDataWriter
@@ -138,8 +138,8 @@ def test_a_truncated_file(tmp_path: Path, name: str, capfd: pytest.CaptureFixtur
         path.write_bytes(content[:length])
         try:
             volume = load(path)
-        except InputError:
-            refused(path, capfd)
+        except InputError as error:
+            told_well(error, path, capfd)
         else:  # what is gone held no sample: padding, a closing tag
             np.testing.assert_array_equal(volume.values, marked.marked(), err_msg=str(length))
             assert length > 0.7 * len(content)

@@ -33,9 +33,8 @@ def planes(dtype: str = "u2") -> NDArray:
     return values
 
 
-def check(
-    path: Path, dtype: str = "uint16", *, channels: int = CHANNELS, spacing: tuple[float, ...] = marked.SPACING
-) -> Any:
+def check_samples(path: Path, dtype: str = "uint16", spacing: tuple[float, ...] = marked.SPACING) -> Any:
+    """Compare the samples of a channel and time step with those of others."""
     volume = load(path, channel=CHANNEL, time=STEP)
     np.testing.assert_array_equal(volume.values, marked.marked(dtype))
     assert volume.values.dtype == np.dtype(dtype)
@@ -43,6 +42,13 @@ def check(
     assert volume.unit == "µm" and not volume.origin.any()
     assert load(path, channel=0, time=STEP).values.max() == 0
     assert load(path, channel=CHANNEL, time=0).values.max() == 0
+    return volume
+
+
+def check(
+    path: Path, dtype: str = "uint16", *, channels: int = CHANNELS, spacing: tuple[float, ...] = marked.SPACING
+) -> Any:
+    volume = check_samples(path, dtype, spacing)
     assert len(TimeSeries(path, channel=CHANNEL)) == STEPS
     with pytest.raises(InputError, match=rf"--time 0\.\.{STEPS - 1}"):
         load(path)
@@ -147,7 +153,7 @@ def test_lif(tmp_path: Path, dtype: str, name: str) -> None:
 @pytest.mark.parametrize("order", ["ZTCYX", "CTZYX", "TCZYX", "TZYCX", "TCYZX"])
 def test_lif_of_other_orders_of_the_axes(tmp_path: Path, order: str) -> None:
     (tmp_path / "v.lif").write_bytes(lif(order=order))
-    check(tmp_path / "v.lif")
+    check_samples(tmp_path / "v.lif")
 
 
 def test_lif_whose_slices_run_downwards(tmp_path: Path) -> None:

@@ -8,15 +8,17 @@ import csv
 import ctypes
 import json
 import os
+import select
 import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import pytest
@@ -77,6 +79,10 @@ def _end(server: subprocess.Popen[bytes]) -> None:
         server.wait()
 
 
+# Beginnings of the names of variables for which a window needs processes of its own; libraries add others at any time.
+_OF_PROCESSES = ("MALLOC_", "PYTHON", "GALLIUM_", "GALLIVM_", "MESA_", "LIBGL_", "LP_", "HOME", "PATH", "TEXVOL")
+
+
 def environment(display: str | None, folder: Path) -> dict[str, str]:
     """Return the environment variables of a window; its user's files are in the folder."""
     kept = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
@@ -101,7 +107,11 @@ def started(display: str | None, folder: Path, *words: str) -> subprocess.Popen[
 
 
 def viewed(display: str | None, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-    """`texvol view`, until it ends."""
+    """`texvol view`, until it ends: in a process of its own, or in one that does so for many tests."""
+    told = environment(display, folder)
+    shared = _view_process()
+    if shared.settings == _settings(told):
+        return shared.view(told, folder, *words)
     process = started(display, folder, *words)
     try:
         out, err = process.communicate(timeout=PATIENCE)
@@ -110,6 +120,85 @@ def viewed(display: str | None, folder: Path, *words: str) -> subprocess.Complet
         out, err = process.communicate()
         raise AssertionError(f"the window did not end: {err}") from None
     return subprocess.CompletedProcess(process.args, process.returncode, out, err)
+
+
+def _settings(told: dict[str, str]) -> dict[str, str]:
+    """Variables that processes look at when they begin, and not for each window."""
+    return {name: value for name, value in told.items() if name.startswith(_OF_PROCESSES)}
+
+
+class ViewProcess:
+    """A process that opens windows, see `support.window_process`."""
+
+    def __init__(self) -> None:
+        told = environment(None, Path(tempfile.gettempdir()))
+        self.settings = _settings(told)
+        self._read, write = os.pipe()
+        self._out, self._err = tempfile.TemporaryFile(), tempfile.TemporaryFile()  # noqa: SIM115 (closed by `close`)
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", str(Path(__file__).with_name("window_process.py")), str(write)],
+            env=told,
+            stdin=subprocess.PIPE,
+            stdout=self._out,
+            stderr=self._err,
+            pass_fds=(write,),
+            text=True,
+            preexec_fn=_die_with_parent,
+        )
+        os.close(write)
+        atexit.register(self.close)
+
+    @property
+    def alive(self) -> bool:
+        return self._process.poll() is None
+
+    def view(self, told: dict[str, str], folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+        """Open a window, and wait until it is closed; a process that dies of it has its own exit status."""
+        for file in (self._out, self._err):
+            os.ftruncate(file.fileno(), 0)
+            os.lseek(file.fileno(), 0, os.SEEK_SET)  # of the process as well: it writes by the same description
+        request = {"folder": str(folder), "environment": told, "words": words}
+        assert self._process.stdin
+        with contextlib.suppress(BrokenPipeError):  # it has died, which the status says
+            self._process.stdin.write(json.dumps(request) + "\n")
+            self._process.stdin.flush()
+        ready, _, _ = select.select([self._read], [], [], PATIENCE)
+        if not ready:
+            self._process.kill()
+        answer = os.read(self._read, 100) if ready else b""
+        status = int(answer) if answer else self._process.wait(PATIENCE)
+        out, err = (_text(file) for file in (self._out, self._err))
+        assert ready, f"the window did not end: {err}"
+        return subprocess.CompletedProcess(["texvol", "view", *words], status, out, err)
+
+    def close(self) -> None:
+        """End the process and its painters."""
+        atexit.unregister(self.close)
+        try:
+            self._process.communicate(timeout=10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.communicate()
+        os.close(self._read)
+        for file in (self._out, self._err):
+            file.close()
+
+
+def _text(file: IO[bytes]) -> str:
+    """What has been written to a file; the place at which others write stays."""
+    return os.pread(file.fileno(), 1 << 20, 0).decode()
+
+
+_VIEW_PROCESSES: list[ViewProcess] = []
+
+
+def _view_process() -> ViewProcess:
+    """The process of all windows of this process, started when first wanted; another one if it has died."""
+    while _VIEW_PROCESSES and not _VIEW_PROCESSES[0].alive:
+        _VIEW_PROCESSES.pop().close()
+    if not _VIEW_PROCESSES:
+        _VIEW_PROCESSES.append(ViewProcess())
+    return _VIEW_PROCESSES[0]
 
 
 def texvol(folder: Path, *words: str) -> None:

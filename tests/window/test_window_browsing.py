@@ -350,8 +350,8 @@ def test_a_file_is_found_by_mouse_and_by_keyboard_and_the_picture_hears_nothing(
         {"t": 4.2, "do": "rest"},
         {"t": 4.3, "do": "save", "file": "typed.toml"},
     ]
-    words = ["--size", "560x440", "--no-panels", "--max-error", "0.1", "--script", script(tmp_path, steps)]
-    done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
+    words = ["--size", "560x440", "--no-panels", "--max-error", "0.1", "--light", "none", "--zoom", "0.2"]
+    done = viewed(display, tmp_path, ball(tmp_path, 24), *words, "--script", script(tmp_path, steps))
     assert (done.returncode, done.stderr) == (0, "")
     before, meanwhile, found, typed_path = (
         (tmp_path / f"{name}.toml").read_text() for name in ("before", "meanwhile", "found", "typed")

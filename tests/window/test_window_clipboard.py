@@ -111,7 +111,7 @@ def test_a_coarse_picture_is_not_copied_before_it_is_fine(
 
 @needs_tools
 def test_what_is_pasted_is_the_picture(display: str, tmp_path: Path) -> None:  # noqa: F811
-    words = ["--size", "200x160", "--no-panels", "--max-error", "0.02"]
+    words = ["--size", "200x160", "--no-panels", "--max-error", "0.1", "--light", "none"]
     process = started(display, tmp_path, ball(tmp_path, 24), *words)
 
     def does(*words: str) -> bytes:

@@ -293,7 +293,7 @@ def test_what_was_added_in_the_window_is_drawn_headless_to_the_bit(display: str,
         {"t": 1.1, "do": "screenshot", "file": "undone.png"},
         {"t": 1.1, "do": "save", "file": "undone.toml"},
     ]
-    words = ["--size", "200x160", "--no-panels", "--script", script(folder, steps)]
+    words = ["--size", "100x80", "--no-panels", "--script", script(folder, steps)]
     ended = viewed(display, folder, "ball.npy", *words)
     assert (ended.returncode, ended.stderr) == (0, "")
     saved, undone = ((folder / f"{name}.toml").read_text() for name in ("saved", "undone"))
@@ -330,7 +330,8 @@ def test_the_question_about_a_dropped_file_is_answered_by_mouse_and_key(display:
         {"t": 1.6, **rest},
         {"t": 1.6, "do": "save", "file": "opened.toml"},
     ]
-    words = ["--size", "400x300", "--no-panels", "--max-error", "0.1", "--script", script(folder, steps)]
+    words = ["--size", "400x300", "--no-panels", "--max-error", "0.1", "--light", "none"]
+    words += ["--script", script(folder, steps)]
     ended = viewed(display, folder, "ball.npy", *words)
     assert (ended.returncode, ended.stderr) == (0, "")
     added = (folder / "added.toml").read_text()

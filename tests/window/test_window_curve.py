@@ -67,7 +67,8 @@ def thorax(folder: Path) -> str:
 
 
 def played(display: str, folder: Path, steps: Played) -> None:  # noqa: F811
-    words = ["--tf", "ct-bone", "--size", "300x700", "--max-error", "0.9"]
+    # The panels are looked at: the picture is made in a moment.
+    words = ["--tf", "ct-bone", "--size", "300x700", "--max-error", "0.9", "--light", "none", "--zoom", "0.2"]
     done = viewed(display, folder, thorax(folder), *words, "--script", script(folder, steps.steps))
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -182,8 +182,8 @@ def test_a_clip_plane_is_dragged_in_the_picture(display: str, tmp_path: Path) ->
         {"t": 1.3, "do": "command", "name": "undo"},
         {"t": 1.4, "do": "save", "file": "undone.toml"},
     ]
-    words = [*view, "--clip", "1,0,0,23.5", "--size", "300x300", "--script", script(tmp_path, steps)]
-    done = viewed(display, tmp_path, ball(tmp_path), *words)
+    words = [*view, "--clip", "1,0,0,23.5", "--size", "300x300", "--max-error", "0.1", "--light", "none"]
+    done = viewed(display, tmp_path, ball(tmp_path), *words, "--script", script(tmp_path, steps))
     assert (done.returncode, done.stderr) == (0, "")
 
     def offset(name: str) -> float:
@@ -219,7 +219,7 @@ def test_a_plane_across_the_view_is_pushed_and_turned_in_the_picture(display: st
         *drag(1.1, tip, (40, 0)),
         {"t": 1.8, "do": "save", "file": "turned.toml"},
     ]
-    words = [*view, "--clip", "0,1,0,23.5", "--size", "300x300", "--max-error", "0.1"]
+    words = [*view, "--clip", "0,1,0,23.5", "--size", "300x300", "--max-error", "0.1", "--light", "none"]
     done = viewed(display, tmp_path, ball(tmp_path), *words, "--script", script(tmp_path, steps))
     assert (done.returncode, done.stderr) == (0, "")
 

@@ -198,7 +198,8 @@ def test_a_file_that_fails_to_load_leaves_the_old_one(display: str, tmp_path: Pa
         {"t": 1.0, **REST},
         {"t": 1.0, "do": "save", "file": "other.toml"},
     ]
-    words = ["--size", "300x240", "--no-panels", "--max-error", "0.02", "--script", script(tmp_path, steps)]
+    words = ["--size", "300x240", "--no-panels", "--max-error", "0.1", "--light", "none"]
+    words += ["--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
     assert (done.returncode, done.stderr) == (0, "")
     assert 'volume = "ball.npy"' in (tmp_path / "kept.toml").read_text()
@@ -220,7 +221,7 @@ def test_sizes_and_minimising_do_no_harm(display: str, tmp_path: Path) -> None: 
     steps += [{"t": 0.9, "kind": "iconify", "down": True}, {"t": 1.2, "kind": "iconify", "down": False}]
     steps += [*tapped(1.4, "tab"), {"t": 1.6, **REST}, {"t": 1.6, "do": "screenshot", "file": "seen.png"}]
     (tmp_path / "scene.toml").write_text(f'volume = "{ball(tmp_path, 24)}"\n')
-    words = ["--size", "120x100", "--max-error", "0.02", "--script", script(tmp_path, steps)]
+    words = ["--size", "120x100", "--max-error", "0.1", "--light", "none", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, "--scene", "scene.toml", *words)
     assert (done.returncode, done.stderr) == (0, "")
     assert eight_bits(tmp_path / "seen.png").shape == (160, 300, 3)
@@ -281,9 +282,8 @@ def camera_of(scene: Path) -> tuple[list[float], list[float]]:
 def test_a_real_mouse_and_keyboard_are_heard_and_recorded(display: str, tmp_path: Path) -> None:  # noqa: F811
     if not shutil.which("xdotool"):
         pytest.skip("xdotool is not installed")
-    process = started(
-        display, tmp_path, ball(tmp_path, 24), "--size", "200x160", "--max-error", "0.02", "--record", "heard.jsonl"
-    )
+    how = "--size", "200x160", "--max-error", "0.1", "--light", "none"
+    process = started(display, tmp_path, ball(tmp_path, 24), *how, "--record", "heard.jsonl")
 
     def does(*words: str) -> None:
         subprocess.run(["xdotool", *words], env=environment(display, tmp_path), check=True, timeout=PATIENCE)
@@ -308,7 +308,7 @@ def test_a_real_mouse_and_keyboard_are_heard_and_recorded(display: str, tmp_path
     # And the same again, played back.
     for name in ("ball-1.toml", "ball-1.tf.json"):
         (tmp_path / name).unlink()
-    done = viewed(display, tmp_path, "ball.npy", "--size", "200x160", "--max-error", "0.02", "--script", "heard.jsonl")
+    done = viewed(display, tmp_path, "ball.npy", *how, "--script", "heard.jsonl")
     assert (done.returncode, done.stderr) == (0, "")
     assert camera_of(tmp_path / "ball-1.toml") == saved
 

@@ -374,7 +374,8 @@ def test_a_ruler_is_clicked_dragged_and_saved(display: str, tmp_path: Path) -> N
         {"t": 2.7, "do": "save", "file": "three.toml"},
     ]
     name = script(tmp_path, steps)  # type: ignore[arg-type]
-    done = viewed(display, tmp_path, ball(tmp_path), "--tf", "fog", "--size", "400x400", "--script", name)
+    words = ["--tf", "fog", "--size", "400x400", "--max-error", "0.1", "--script", name]
+    done = viewed(display, tmp_path, ball(tmp_path), *words)
     assert done.returncode == 0, done.stderr
     files = [tomllib.loads((tmp_path / f"{each}.toml").read_text()) for each in ("one", "two", "three")]
     camera = options.SceneOptions.of(scene=str(tmp_path / "one.toml")).scene(Volume(np.zeros((2, 2, 2)))).camera

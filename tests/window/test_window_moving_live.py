@@ -13,7 +13,7 @@ from texvol.options.scene_options import SceneOptions
 from texvol.scene.camera import Camera
 from texvol.window import cube, light_sphere
 
-SIZE = (300, 460)
+SIZE = (300, 300)
 SCALE = SIZE[0] / 480  # of the cube in so small a picture
 MIDDLE = (SIZE[0] - 60 * SCALE, 60 * SCALE)  # of the cube, in the picture's corner
 SPHERE = (SIZE[0] + 174.0, 191.0)  # middle of the sphere, beside a scroll bar

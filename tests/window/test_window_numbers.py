@@ -144,7 +144,7 @@ def test_the_window_itself(display: str, tmp_path: Path) -> None:  # noqa: F811
             {"t": 0.6 + number, "do": "save", "file": f"{coloring}.toml"},
             {"t": 0.7 + number, "do": "rest"},
         ]
-    words = [ball(tmp_path), "--size", "96x80", "--script", script(tmp_path, steps)]
+    words = [ball(tmp_path), "--size", "96x80", "--max-error", "0.02", "--script", script(tmp_path, steps)]
     done = viewed(display, tmp_path, *words)
     assert done.returncode == 0, done.stderr
     for coloring in COLORINGS:

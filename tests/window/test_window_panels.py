@@ -98,7 +98,8 @@ def test_the_edge_of_the_panels_is_dragged_and_kept_within_bounds(display: str, 
         {"t": 2.95, "do": "mark", "name": "as before"},
         {"t": 3.1, "do": "rest"},
     ]
-    words = ["--size", "540x300", "--max-error", "0.1", "--script", script(tmp_path, steps), "--timings", "t.csv"]
+    words = ["--size", "540x300", "--max-error", "0.1", "--light", "none", "--zoom", "0.2"]
+    words += ["--script", script(tmp_path, steps), "--timings", "t.csv"]
     done = viewed(display, tmp_path, ball(tmp_path, 24), *words)
     assert (done.returncode, done.stderr) == (0, "")
     widths = {frame["mark"]: int(frame["width"]) for frame in timings(tmp_path / "t.csv") if frame["mark"]}

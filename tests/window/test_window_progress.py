@@ -58,7 +58,7 @@ def file_job(path: Path, scene: Scene, **accuracy: float) -> dict[str, Any]:
 
 def test_a_lit_picture_is_written_with_true_progress(painter: Painter, tmp_path: Path) -> None:
     start = time.monotonic()
-    painter.ask(**file_job(tmp_path / "lit.png", lit(200), sampling_rate=16.0))
+    painter.ask(**file_job(tmp_path / "lit.png", lit(128), sampling_rate=16.0))
     told = list(answers(painter))
     assert told[-1][1].kind == "done" and (tmp_path / "lit.png").exists()
     done = [float(answer.metadata["done"]) for _, answer in told[:-1]]

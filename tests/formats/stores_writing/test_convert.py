@@ -109,7 +109,7 @@ def test_turned_grids_and_labels(tmp_path: Path) -> None:
 
 
 def test_a_killed_conversion_goes_on(tmp_path: Path) -> None:
-    np.save(tmp_path / "v.npy", field("u1", (96, 96, 96)))
+    np.save(tmp_path / "v.npy", field("u1", (64, 80, 80)))
     store = tmp_path / "v.ome.zarr"
     line = ["convert", f"{tmp_path}/v.npy", f"{store}", "--chunk", "8", "--shard", "16"]
     running = subprocess.Popen([sys.executable, "-m", "texvol", *line])
