@@ -35,7 +35,9 @@ def test_pictures_of_numbers(store: str, tmp_path: Path, mode: str) -> None:
     assert main([*line, *MEMORY, "--check", "3", "-o", str(tmp_path / "picture.png")]) == 0
     stats = ["--stats", str(tmp_path / "stats.json")]
     assert main([*line, *MEMORY, "--level", "0", *stats, "-o", str(tmp_path / "picture.exr")]) == 0
-    assert main([*line, "--memory", "100MB", "--level", "0", "-o", str(tmp_path / "whole.exr")]) == 0
+    of_whole = ["--memory", "100MB", "--stats", str(tmp_path / "whole.json")]
+    assert main([*line, *of_whole, "-o", str(tmp_path / "whole.exr")]) == 0
+    assert "parts" not in json.loads((tmp_path / "whole.json").read_text())  # all samples fit in memory
     picture, whole = (image.read(tmp_path / name) for name in ("picture.exr", "whole.exr"))
     np.testing.assert_allclose(picture, whole, atol=2e-6 * whole.max())
     told = json.loads((tmp_path / "stats.json").read_text())

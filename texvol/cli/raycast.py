@@ -89,7 +89,8 @@ def _pictures(
         yield raycast_cells(scene, size), True
         return
     from texvol.ray_casting import raycast_progressively
-    from texvol.rendering.streaming.exact import fits, raycast
+    from texvol.rendering.streaming.exact import raycast
+    from texvol.rendering.streaming.kinds import fits
 
     refinement = arguments.texture_refinement
     with status_line() as show:
@@ -103,7 +104,7 @@ def _pictures(
             with workers:
                 yield workers.raycast(scene, size, tell), True
             return
-        if not fits(scene):
+        if not fits(scene.volume):
             yield raycast(scene, size, texture_refinement=refinement, tell=tell), True
             return
         scene = scene.in_memory("the oracle")

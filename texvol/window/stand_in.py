@@ -94,9 +94,8 @@ def at_rest(scene: Scene) -> Scene:
     """Return the scene of the volume in its store, if that can be drawn part by part; else the scene as it is."""
     from texvol.rendering.streaming.kinds import reason_for_memory
 
-    if not any(isinstance(volume, StandIn) for volume in scene.volumes) or reason_for_memory(scene) is not None:
-        return scene
-    return _replaced(scene, lambda volume: volume.large if isinstance(volume, StandIn) else volume)
+    stored = _replaced(scene, lambda volume: volume.large if isinstance(volume, StandIn) else volume)
+    return scene if reason_for_memory(stored) is not None else stored
 
 
 def _replaced(scene: Scene, by: Callable[[Volume], Volume]) -> Scene:

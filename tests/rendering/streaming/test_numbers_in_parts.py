@@ -14,13 +14,23 @@ from support.quick_stats import quick_stats
 
 from texvol import Camera, ClipPlane, Renderer, Scene, Volume, plan, raycast
 from texvol.rendering.checking import chosen_pixels
-from texvol.rendering.streaming import exact
+from texvol.rendering.streaming import exact, kinds
 from texvol.scene.large_volume import LargeVolume, Level
 
 SIZE = (48, 40)
 # Of the largest number: float32 knows positions in the box to 2^-23, and a sum of a few hundred slabs to as much of
 # its largest.
 ROUNDING = 2e-6
+
+
+@pytest.fixture
+def nothing_fits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stores are drawn in parts, however much memory there is."""
+    monkeypatch.setattr(kinds, "fits", lambda volume: not isinstance(volume, LargeVolume))
+    monkeypatch.setattr(exact, "fits", kinds.fits)
+
+
+pytestmark = pytest.mark.usefixtures("nothing_fits")
 
 
 def waves(dtype: Any = np.float32, shape: tuple[int, int, int] = (61, 72, 83), grid: str = "sheared") -> Volume:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.kinds import fits, reason_for_memory
 from texvol.rendering.streaming.ordering import with_settled_light
 from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show
@@ -51,7 +51,7 @@ def raycast(
     from texvol import ray_casting
 
     size = checked_size(size)
-    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene):
+    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene.volume):
         width, height = size
         rows, columns = np.divmod(np.arange(width * height), width)
         return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)
@@ -164,12 +164,6 @@ def is_in_parts(scene: Scene) -> bool:
     if not isinstance(scene.volume, LargeVolume) or scene.cutting.caps:
         return False
     return reason_for_memory(scene) is None
-
-
-def fits(scene: Scene) -> bool:
-    """True if the scene's volume fits in memory."""
-    volume = scene.volume
-    return not isinstance(volume, LargeVolume) or volume.levels[0].bytes <= volume.memory
 
 
 def _settled(scene: CompleteScene) -> CompleteScene:

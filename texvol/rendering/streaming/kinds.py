@@ -9,6 +9,7 @@ from __future__ import annotations
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.volume import Volume
 from texvol.util.errors import check_type
 
 
@@ -40,9 +41,13 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
 
 
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
-    """Return what of a scene needs all samples in memory; None if it can be drawn part by part."""
+    """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
+
+    Pictures of numbers are drawn so only where the samples do not fit: in memory they take less time, and parts are of
+    the level that pixels show, whose means have other extremes.
+    """
     reasons = {
-        f"mode {scene.mode}": scene.mode not in ("composite", *NUMBER_MODES),
+        f"mode {scene.mode}": scene.mode != "composite" and (scene.mode not in NUMBER_MODES or fits(scene.volume)),
         "several volumes": bool(scene.added),
         "a mask": scene.mask is not None,
         "meshes or lines": bool(scene.geometry),
@@ -52,3 +57,8 @@ def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None)
         "texture refinement": texture_refinement not in (None, 1, "auto"),
     }
     return next((reason for reason, holds in reasons.items() if holds), None)
+
+
+def fits(volume: Volume) -> bool:
+    """True if all samples of a volume fit in its memory."""
+    return not isinstance(volume, LargeVolume) or volume.levels[0].bytes <= volume.memory
