@@ -40,7 +40,7 @@ _LOWER = (
         "test_render.py -k 'background'",
     ),
     Mistake(
-        *("opengl", "compositor:Compositor._pixels"),
+        *("opengl", "compositor:Compositor.pixels"),
         *("pixels[::-1]", "pixels"),
         "pictures stand on their head",
         "test_render.py",

@@ -83,7 +83,7 @@ def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, t
 def test_numbers_of_a_store_are_drawn_in_parts_by_one_worker(
     workers: Workers, renderer: Renderer, tmp_path: Path, mode: Any
 ) -> None:
-    volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(48), chunk=16), memory=1_500_000)
+    volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(64), chunk=16), memory=1_040_000)
     scene = Scene(volume, mode=mode)
     with DistributedRenderer(workers, blocks=3) as several:
         found = several.render(scene, SIZE, level=0)

@@ -59,7 +59,7 @@ SWITCHES: dict[str, list[Switches]] = {
         for each in slabs_of(0, 1, 2, 3)
         for caps in EITHER
     ],
-    "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER, SKIPS=EITHER)],
+    "extreme_value.glsl": [OF_VALUES | each for each in product(MISSING=EITHER, SKIPS=EITHER, KNOWN=EITHER)],
     "graded.glsl": product(MODULATIONS=(0, 2), GRADED=(0, 2), CONTOURS=(0, 2)),
     "half_spaces.glsl": product(HALF_SPACES=(0, 1, 7)),
     "integrate.glsl": [

@@ -319,7 +319,7 @@ def test_every_stretch_compiles(context: Context, name: str) -> None:
         }
         common |= {"CUE": 0, "COUNT": 0}
         if name == "projection":
-            medium = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "WEIGHTS": 0, "GRADIENT": 1}]
+            medium = [{"MODE": 3, "DEPTH": 0, "MISSING": 0, "KNOWN": 0, "WEIGHTS": 0, "GRADIENT": 1}]
         else:
             medium = [
                 NOTHING_SPECIAL | {"CLASSIFICATION": kind, "CAPS": int(planes > 0), "AT_ONCE": 2, "DIVIDES": 0}
