@@ -185,7 +185,7 @@ class ViewProcess:
 
 
 def _text(file: IO[bytes]) -> str:
-    """What has been written to a file; the place at which others write stays."""
+    """Return what has been written to a file, and leave the position at which others write where it is."""
     return os.pread(file.fileno(), 1 << 20, 0).decode()
 
 

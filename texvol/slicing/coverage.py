@@ -86,3 +86,17 @@ def pixel_boxes_of(
     low = np.clip(np.floor(points.min(axis=1) - _ROUNDING), 0, size).astype(np.intp)
     high = np.clip(np.ceil(points.max(axis=1) + _ROUNDING), 0, size).astype(np.intp)
     return low, np.maximum(low, high)
+
+
+def in_common(
+    one: tuple[slice, slice], other: tuple[slice, slice]
+) -> tuple[tuple[slice, ...], tuple[slice, ...]] | None:
+    """Return what two boxes of pixels have in common, counted from the corner of each; None if that is nothing."""
+    low = [max(a.start, b.start) for a, b in zip(one, other, strict=True)]
+    high = [min(a.stop, b.stop) for a, b in zip(one, other, strict=True)]
+    if low[0] >= high[0] or low[1] >= high[1]:
+        return None
+    here, there = (
+        tuple(slice(a - w.start, b - w.start) for a, b, w in zip(low, high, box, strict=True)) for box in (one, other)
+    )
+    return here, there

@@ -20,7 +20,7 @@ from texvol.rendering.visible_rays import visible_rays
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.bricks import Brick, Triple
-from texvol.slicing.coverage import pixel_boxes_of, pixels_of
+from texvol.slicing.coverage import in_common, pixel_boxes_of, pixels_of
 from texvol.slicing.slabs import WHOLE_BOX
 
 Numbers = NDArray[np.float64]
@@ -134,13 +134,8 @@ class KnownExtremes:
             if not self._of_regions[each.position] > bound:
                 continue
             own, covers = self._pixels(each)
-            low = [max(a.start, b.start) for a, b in zip(own, where, strict=True)]
-            high = [min(a.stop, b.stop) for a, b in zip(own, where, strict=True)]
-            if low[0] < high[0] and low[1] < high[1]:
-                here, there = (
-                    tuple(slice(a - w.start, b - w.start) for a, b, w in zip(low, high, box, strict=True))
-                    for box in (where, own)
-                )
+            if (common := in_common(where, own)) is not None:
+                here, there = common
                 matters[here] &= ~covers[there]
         return not matters.any()
 

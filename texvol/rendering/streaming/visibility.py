@@ -14,7 +14,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.transfer import TransferFunction
 from texvol.slicing.bricks import Brick
-from texvol.slicing.coverage import pixel_boxes_of, pixels_of
+from texvol.slicing.coverage import in_common, pixel_boxes_of, pixels_of
 from texvol.slicing.regions import Region
 
 Box = NDArray[np.float64]
@@ -92,13 +92,8 @@ class Screen:
         pending = self._deepest[where].copy()
         for each in before:
             own, covers = self._pixels(each)
-            low = [max(a.start, b.start) for a, b in zip(own, where, strict=True)]
-            high = [min(a.stop, b.stop) for a, b in zip(own, where, strict=True)]
-            if low[0] < high[0] and low[1] < high[1]:
-                here, there = (
-                    tuple(slice(a - w.start, b - w.start) for a, b, w in zip(low, high, box, strict=True))
-                    for box in (where, own)
-                )
+            if (common := in_common(where, own)) is not None:
+                here, there = common
                 pending[here] += np.where(covers[there], self._depth_of(each, None), 0.0)
         return bool(((pending >= self._enough) | ~mask).all())
 
