@@ -9,7 +9,7 @@
 // Switches: VOLUMES: how many there are; those of volume_walk.glsl are each one's own.
 //           PERSPECTIVE, HALF_SPACES, INTERVAL: see visible.glsl. COUNT: see compositing.glsl.
 //           CAPS 1: where half spaces cut a medium open it is opaque.
-//           BLOCK 1: slabs are drawn whose middles lie in a block of the first volume's box.
+//           BLOCK 1: slabs are drawn whose middles lie in a block, a part of a frame's box.
 //           HALVES 1: pieces are halves of slabs, on which values are taken to be linear.
 
 #include "box_walk.glsl"
@@ -30,12 +30,13 @@ vec4 front_@;
 #end
 
 #if BLOCK
-uniform real3 block_low;
+#include "pixel_ray.glsl"
+uniform real3 block_low;          // in the box of the frame, whose rays have no number
 uniform real3 block_high;
 
 // Those of some slabs whose middles lie in the block: neighbours compute the same depth for a face that they share.
 vec2 slabs_in_block(vec2 slabs, vec2 window_position) {
-    real2 own = box_interval(pixel_ray_0(pixel_at(window_position)), block_low, block_high);
+    real2 own = box_interval(pixel_ray(pixel_at(window_position)), block_low, block_high);
     if (own.x > own.y) return vec2(NOWHERE, -NOWHERE);
     return vec2(max(slabs.x, float(ceil(own.x - 0.5))), min(slabs.y, float(ceil(own.y - 0.5))));
 }

@@ -19,12 +19,12 @@ from texvol.scene.camera import Camera
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
+from texvol.slicing.bricks import BEYOND
 from texvol.slicing.regions import regions_of_level
 
 Numbers = NDArray[np.float64]
 Ends = tuple[tuple[int, int], ...]
 T = TypeVar("T")
-_BEYOND = 1e9  # boxes: the end of a block at which the box ends
 _CELL, _FEWEST = 16, 16  # samples along an axis of a cell, and cells along an axis of a volume in memory
 _STEP = 4  # samples: every so many are looked at to tell which cells show anything
 _IDLE = 0.01  # work of a cell that shows nothing, of that of one that does
@@ -131,7 +131,7 @@ class _Cells:
 
     def _block(self, ends: Ends) -> Block:
         x, y, z = (
-            (-_BEYOND if first == 0 else float(edge[first]), _BEYOND if last == len(edge) - 1 else float(edge[last]))
+            (-BEYOND if first == 0 else float(edge[first]), BEYOND if last == len(edge) - 1 else float(edge[last]))
             for edge, (first, last) in zip(self.edges, ends, strict=True)
         )
         work = float(self._own(ends).sum() / self.work.sum())

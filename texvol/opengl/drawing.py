@@ -94,9 +94,10 @@ class Drawing:
     known: dict[str, AnyTexture] = field(default_factory=dict)
     slicing: str = "stacks"
     least_divided: float | None = None  # optical depth from which on slabs are divided, see divided_slabs.glsl
-    # Low and high corner of what is drawn, in fractions of the first volume's box, shape (2, 3): slabs whose middles
-    # lie there. None for everything.
+    # Low and high corner of what is drawn, in fractions of the box of `frame`, shape (2, 3): slabs whose middles lie
+    # there. None for everything.
     block: NDArray[np.float64] | None = None
+    frame: Volume | None = None  # the first volume unless told; only several volumes have another one
     count: bool = False  # True if the number of sampled slabs is drawn in place of the colours
 
     @property

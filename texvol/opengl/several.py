@@ -18,10 +18,11 @@ from texvol.opengl.uniforms import (
     cell_uniforms,
     picture_switches,
     picture_uniforms,
+    ray_uniforms,
     volume_switches,
     volume_uniforms,
 )
-from texvol.slicing.bricks import Brick
+from texvol.slicing.bricks import BEYOND, Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
@@ -43,6 +44,7 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
     room = 0  # volumes, the first ones
     switches = switches_of(drawing, bricks)
     uniforms = picture_uniforms(drawing, stacks) | _block_uniforms(drawing)
+    is_block = drawing.block is not None
     drawing = replace(drawing, block=None)  # of whole slabs, not of each volume
     for number, (drawn, brick) in enumerate(zip(drawing.volumes, bricks, strict=True)):
         units |= {f"{name}_{number}": texture for name, texture in drawn.samplers(brick).items()}
@@ -51,6 +53,8 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
         if drawn.volume.nearest:
             own["samples_per_edge"] = tuple(map(float, drawn.volume.dimensions))
         own |= cell_uniforms(drawing, drawn, brick)
+        if is_block and "brick_low" in own:  # it is the block that decides which slabs are drawn
+            own |= {"brick_low": (-BEYOND,) * 3, "brick_high": (BEYOND,) * 3}
         uniforms |= {name if name in _OF_ALL else f"{name}_{number}": value for name, value in own.items()}
     if room < len(drawing.volumes):
         raise InputError(
@@ -64,7 +68,8 @@ def draw_several(compositor: Compositor, drawing: Drawing, bricks: Sequence[Bric
 def _block_uniforms(drawing: Drawing) -> dict[str, Any]:
     if drawing.block is None:
         return {}
-    return {"block_low": tuple(drawing.block[0]), "block_high": tuple(drawing.block[1])}
+    of_frame = ray_uniforms(drawing.frame or drawing.first.volume, drawing.view)
+    return of_frame | {"block_low": tuple(drawing.block[0]), "block_high": tuple(drawing.block[1])}
 
 
 def switches_of(drawing: Drawing, bricks: Sequence[Brick]) -> dict[str, int]:

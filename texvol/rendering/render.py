@@ -95,14 +95,15 @@ def draw_together(
 ) -> None:
     """Draw a brick of each volume in slab stacks that all of them have in common.
 
-    `part` is the part of the box around all volumes that shows anything, in fractions of that box, shape (2, 3).
+    `part` is the part of the drawing's frame, or else of the box around all volumes, that shows anything, in fractions
+    of that box, shape (2, 3).
     """
     from texvol.opengl.several import draw_several
 
     view, count = drawing.view, len(drawing.volumes)
     # The loops of a shader are limited: in each slab there is at most one piece for each end of each box.
     per_stack = max(min(drawn.baked.slabs_per_stack for drawn in drawing.volumes) // (2 * count), 1)
-    box = common_box([drawn.volume for drawn in drawing.volumes])
+    box = drawing.frame or common_box([drawn.volume for drawn in drawing.volumes])
     stacks = slab_stacks(box, view.camera, view.slab_thickness, view.size, per_stack, part, view.origin)
     draw_several(compositor, drawing, of_each, stacks)
 

@@ -22,7 +22,7 @@ from texvol.util.errors import NoRoomError
 Triple = tuple[int, int, int]
 Vector = NDArray[np.float64]
 _MARGINS = 8  # times its margin that a layer has to be thick
-_BEYOND = 1e9  # boxes: the end of a brick at which the box ends, whatever rounding says
+BEYOND = 1e9  # boxes: the end of a brick at which the box ends, whatever rounding says
 
 
 @dataclass(frozen=True)
@@ -77,8 +77,8 @@ class Brick:
     def own_range(self) -> NDArray[np.float64]:
         """Low and high corner of its own part, shape (2, 3), far beyond the box where there is no neighbour."""
         box = np.array([self.first, self.last]) / np.array(self.dimensions)
-        box[0, np.array(self.first) == 0] = -_BEYOND
-        box[1, np.array(self.last) == np.array(self.dimensions)] = _BEYOND
+        box[0, np.array(self.first) == 0] = -BEYOND
+        box[1, np.array(self.last) == np.array(self.dimensions)] = BEYOND
         return box
 
     @property

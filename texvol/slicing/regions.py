@@ -50,9 +50,8 @@ def regions_of_level(volume: LargeVolume, number: int) -> list[Region]:
     """Return the regions that a volume is drawn in if no part of it is drawn from a finer level."""
     steps = [max(round(each), 1) for each in volume.levels[number].factor]
     nx, ny, nz = (-(-count // step) for count, step in zip(volume.dimensions, steps, strict=True))
-    # A few samples of a coarse level are read and drawn in less time than regions of them take.
-    few = _FEW if number == 0 else 1
-    ends = [(each.position, each.first, each.last) for each in regions_of((nx, ny, nz), most_samples_of(volume), few)]
+    cut = regions_of((nx, ny, nz), most_samples_of(volume), few_of_level(number))
+    ends = [(each.position, each.first, each.last) for each in cut]
     return [
         Region(
             position,
@@ -61,6 +60,14 @@ def regions_of_level(volume: LargeVolume, number: int) -> list[Region]:
         )
         for position, first, last in ends
     ]
+
+
+def few_of_level(number: int) -> int:
+    """Return the number of regions of a level below which they are cut smaller.
+
+    A few samples of a coarse level are read and drawn in less time than regions of them take.
+    """
+    return _FEW if number == 0 else 1
 
 
 def regions_of(dimensions: Triple, most_samples: float, few: int = _FEW) -> list[Region]:

@@ -75,7 +75,7 @@ class PartsAhead:
                     yield ahead.popleft()
         finally:
             for each in ahead:
-                self._forget(each)
+                self.forget(each)
 
     def known(self, pending: PendingPart, picture: PictureOfParts) -> Part | None:
         """Return the part if it is on the device."""
@@ -108,7 +108,7 @@ class PartsAhead:
             view = picture.view if pending.assembly.has_holes else ""
             return self._parts.added(pending.brick, texels, prepared, everything, view)
         finally:
-            self._forget(pending)
+            self.forget(pending)
 
     def _ask(self, pending: PendingPart, screen: Hiding, picture: PictureOfParts, may_fail: bool) -> bool:
         """Begin to read and prepare a part; return False if it may fail and there is no room for it now."""
@@ -134,7 +134,7 @@ class PartsAhead:
         brick = picture.brick(region, picture.level(region))
         self._cache.pass_by(brick.level, brick.stored_first, brick.stored_last)
 
-    def _forget(self, pending: PendingPart) -> None:
+    def forget(self, pending: PendingPart) -> None:
         """Give back what a part holds, when its thread has ended."""
         if pending.prepared is not None and not pending.prepared.cancel():
             wait([pending.prepared])

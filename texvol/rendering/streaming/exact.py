@@ -51,7 +51,7 @@ def raycast(
     from texvol import ray_casting
 
     size = checked_size(size)
-    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene.volume):
+    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene):
         width, height = size
         rows, columns = np.divmod(np.arange(width * height), width)
         return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)

@@ -1,15 +1,18 @@
 """Scenes that can be drawn part by part; of others all samples have to be in memory at once.
 
-Parts are of one volume. In mode composite they are composited front to back; in the modes whose pictures are numbers
-(xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the largest or least is kept.
+In mode composite parts are composited front to back, of several volumes those that lie in a region together; in the
+modes whose pictures are numbers (xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the
+largest or least is kept.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+from texvol.scene.in_chunks import in_chunks
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import NUMBER_MODES, Scene
-from texvol.scene.volume import Volume
 from texvol.util.errors import check_type
 
 
@@ -27,7 +30,7 @@ def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str 
 
 
 def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None) -> Scene:
-    """Return the scene if it can be drawn as its volumes are, or else with all of them in memory.
+    """Return the scene if it can be drawn as its volumes are, or else with all of them in memory or all in parts.
 
     Raises
     ------
@@ -37,19 +40,22 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
     if not any(isinstance(volume, LargeVolume) for volume in scene.volumes):
         return scene
     reason = reason_for_memory(scene, texture_refinement)
-    return scene if reason is None else scene.in_memory(reason)
+    if reason is not None:
+        return scene.in_memory(reason)
+    return _all_in_parts(scene) if scene.added else scene
 
 
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
     """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
 
-    Pictures of numbers are drawn so only where the samples do not fit: in memory they take less time, and parts are of
-    the level that pixels show, whose means have other extremes.
+    Pictures of numbers and of several volumes are drawn so only where the samples do not fit: in memory they take less
+    time, and parts are of the level that pixels show, whose means have other extremes.
     """
     reasons = {
-        f"mode {scene.mode}": scene.mode != "composite" and (scene.mode not in NUMBER_MODES or fits(scene.volume)),
-        "several volumes": bool(scene.added),
-        "a mask": scene.mask is not None,
+        f"mode {scene.mode}": scene.mode != "composite" and (scene.mode not in NUMBER_MODES or fits(scene)),
+        "several volumes": bool(scene.added) and fits(scene),
+        "a mask": any(each.mask is not None for each in (scene, *scene.added)),
+        "colours of samples": any(volume.colors is not None for volume in scene.volumes),
         "meshes or lines": bool(scene.geometry),
         "a depth picture": scene.depth is not None,
         "shadows": scene.mode == "composite" and casts_shadows(scene.lighting),
@@ -59,6 +65,21 @@ def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None)
     return next((reason for reason, holds in reasons.items() if holds), None)
 
 
-def fits(volume: Volume) -> bool:
-    """True if all samples of a volume fit in its memory."""
-    return not isinstance(volume, LargeVolume) or volume.levels[0].bytes <= volume.memory
+def fits(scene: Scene) -> bool:
+    """True if all samples of the large volumes of a scene fit in memory together."""
+    large = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    needed = sum(volume.levels[0].bytes for volume in large)
+    return needed <= min((volume.memory for volume in large), default=needed)
+
+
+def _all_in_parts(scene: Scene) -> Scene:
+    """Return the scene with every volume as a large one, the same object every time."""
+    known: Scene | None = scene.__dict__.get("_all_in_parts")
+    if known is None:
+        memory = min(volume.memory for volume in scene.volumes if isinstance(volume, LargeVolume))
+        added = tuple(replace(each, volume=in_chunks(each.volume, memory)) for each in scene.added)
+        known = replace(scene, volume=in_chunks(scene.volume, memory), added=added)
+        object.__setattr__(scene, "_all_in_parts", known)
+    for volume in scene.volumes:
+        volume.check_unchanged()
+    return known

@@ -75,9 +75,11 @@ def with_levels(
         if level not in ("auto", 0):
             raise InputError(f"level must be of a volume in a store that is drawn part by part, got {level!r}")
         return settings
-    is_composite = scene.mode == "composite"
+    is_predicted = scene.mode == "composite" and not scene.added
     if level_error is None and level == "auto" and asked.max_error is not None:
-        level_error, level = (_OF_LEVELS * asked.max_error, level) if is_composite else (None, 0)
+        level_error, level = (_OF_LEVELS * asked.max_error, level) if is_predicted else (None, 0)
+    if level_error is not None and scene.added:
+        level_error, level = None, 0
     if level_error is not None:
         if level not in ("auto", 0):
             raise InputError(f"level must be auto where an error decides it, got {level!r}")
@@ -88,7 +90,10 @@ def with_levels(
         number = _sooner(scene, size, volume, number)
     thickness = settings.slab_thickness
     if asked.slabs is None:
-        thickness *= float((volume.spacing * volume.levels[number].factor).min()) / volume.smallest_spacing
+        large = [each for each in scene.volumes if isinstance(each, LargeVolume)]
+        numbered = zip(large, levels_beside(large, number), strict=True)
+        finest = min(float((each.spacing * each.levels[level].factor).min()) for each, level in numbered)
+        thickness *= finest / scene.smallest_spacing
     coarser = asked.coarser_by_pixels
     if coarser is None and level == "auto":  # slabs are as thick everywhere: if they decide, so are all samples apart
         coarser = number == settled_level(scene, size, level, None)
@@ -117,7 +122,8 @@ def with_levels_told(
     If coarse levels may be in it the command tells at its end which of them lie elsewhere than they say.
     """
     settings = with_levels(scene, size, settings, asked)
-    remark_on_coarse_levels(scene.volume, settings)
+    for volume in scene.volumes:
+        remark_on_coarse_levels(volume, settings)
     return settings
 
 
@@ -153,6 +159,14 @@ def settled_level(scene: CompleteScene, size: tuple[int, int], level: int | str,
     if isinstance(level, bool) or not isinstance(level, int) or not 0 <= level < len(volume.levels):
         raise InputError(f"level must be auto or from 0 to {len(volume.levels) - 1}, got {level!r}")
     return level
+
+
+def levels_beside(volumes: Sequence[LargeVolume], number: int) -> list[int]:
+    """Return levels of volumes that are drawn together: that of the first one, and no coarser ones of the others."""
+    if number == 0:
+        return [0] * len(volumes)
+    apart = float((volumes[0].spacing * volumes[0].levels[number].factor).max())
+    return [number, *(_level_of(volume, apart) for volume in volumes[1:])]
 
 
 @dataclass(frozen=True)

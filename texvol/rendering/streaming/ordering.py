@@ -46,9 +46,11 @@ class KnownLevels:
 
 
 class RegionsOfPicture:
-    """Regions that a picture shows, in order, and their levels."""
+    """Regions that a picture shows, in order, and their levels; the volume is drawn `alone` or beside others."""
 
-    def __init__(self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume) -> None:
+    def __init__(
+        self, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume, alone: bool = True
+    ) -> None:
         self.levels = KnownLevels()
         self._at: dict[Triple, Region] = {}  # shown regions
         self._bricks: dict[tuple[Region, int], Brick] = {}
@@ -56,14 +58,30 @@ class RegionsOfPicture:
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
         reach = scene.gradient.reach if scene.needs_gradient else 0
         self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
-        # Between the ends of a slab `integrated` shows what lies anywhere in it.
-        self.beyond = self.margin if scene.classification == "integrated" else np.zeros(3)
+        # Between the ends of a slab `integrated` shows what lies anywhere in it, and so do pieces of slabs.
+        is_seen_anywhere = scene.classification == "integrated" or volume.nearest or not alone
+        self.beyond = self.margin if is_seen_anywhere else np.zeros(3)
+        # See `brick_of`. Regions of several volumes end between their samples.
+        self.goes_on = scene.mode != "composite" or not alone
         sign = SIGN_OF_LARGEST.get(scene.mode)
         self.value_bounds = None if sign is None else StoreBounds(volume, sign)
         self.bounds: dict[Triple, float] = {}  # in modes mip and minip, of the shown regions by position
 
     def in_order(self, regions: list[Region]) -> tuple[list[Region], Drawn]:
         """Return the regions that may show anything, in the order in which they are drawn."""
+        drawn = self.show(regions)
+        ordered = bricks.visibility_order([self.brick(each, 0) for each in self.shown], self.volume, self.scene.camera)
+        order = [self._at[brick.position] for brick in ordered]
+        if self.value_bounds is not None:
+            bounds = {each.position: self.value_bounds.of_brick(self.brick(each, self.level(each))) for each in order}
+            self.bounds = {position: bound for position, bound in bounds.items() if not np.isnan(bound)}
+            groups = groups_of(self.bounds)
+            order = sorted((each for each in order if each.position in groups), key=lambda each: groups[each.position])
+            drawn.empty = len(regions) - len(order)
+        return order, drawn
+
+    def show(self, regions: list[Region]) -> Drawn:
+        """Find the regions that may show anything, which are `shown` then, and their levels."""
         shown = regions_that_show(self.scene, self.size, self.volume, regions, self.margin, self.beyond)
         drawn = Drawn(len(regions), empty=len(regions) - len(shown))
         error = self.settings.level_error
@@ -78,15 +96,12 @@ class RegionsOfPicture:
             self.levels.moved = max(by_error.moved, self.levels.moved or 0.0)
         drawn.moved = self.levels.moved
         self._at = {region.position: region for region in shown}
-        ordered = bricks.visibility_order([self.brick(each, 0) for each in shown], self.volume, self.scene.camera)
-        order = [self._at[brick.position] for brick in ordered]
-        if self.value_bounds is not None:
-            bounds = {each.position: self.value_bounds.of_brick(self.brick(each, self.level(each))) for each in order}
-            self.bounds = {position: bound for position, bound in bounds.items() if not np.isnan(bound)}
-            groups = groups_of(self.bounds)
-            order = sorted((each for each in order if each.position in groups), key=lambda each: groups[each.position])
-            drawn.empty = len(regions) - len(order)
-        return order, drawn
+        return drawn
+
+    @property
+    def shown(self) -> list[Region]:
+        """Regions that may show anything, in no order."""
+        return list(self._at.values())
 
     def level(self, region: Region) -> int:
         """Return the level of a region that is shown."""
@@ -100,8 +115,7 @@ class RegionsOfPicture:
             if shown is not None:
                 shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
             of_level = self.volume.levels[level], level, self.volume.dimensions
-            goes_on = self.scene.mode != "composite"
-            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown, goes_on)
+            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown, self.goes_on)
         return self._bricks[region, level]
 
     def needed(self, number: int) -> NDArray[np.bool_] | None:

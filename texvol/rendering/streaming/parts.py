@@ -45,11 +45,17 @@ class PictureOfParts(RegionsOfPicture):
     """Drawing of a picture, texels and empty space of its parts."""
 
     def __init__(
-        self, context: Context, scene: CompleteScene, size: Size, settings: Settings, volume: LargeVolume
+        self,
+        context: Context,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        volume: LargeVolume,
+        alone: bool = True,
     ) -> None:
         self.projection = projection_of(scene)
         scene = with_settled_light(scene) if self.projection is None else replace(scene, lighting=None)
-        super().__init__(stored_scene(scene), size, settings, volume)
+        super().__init__(stored_scene(scene), size, settings, volume, alone)
         self._gl = context.gl
         scene = self.scene
         is_composite = self.projection is None
@@ -222,15 +228,15 @@ class PictureOfParts(RegionsOfPicture):
         finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, self.margin) for each in order]
         return sum(float(np.prod(brick.texture_size)) for brick in finest) * per_sample
 
-    def draw(self, compositor: Compositor, part: Part, known: dict[str, AnyTexture] | None = None) -> None:
-        """Composite a part behind the picture so far; or draw its numbers, of which some may be `known`."""
+    def drawn_volume(self, part: Part) -> DrawnVolume:
+        """Return a part as what is drawn of the volume."""
         space = part.empty_space or (self._space if self.settings.skips(self.scene) else None)
         skips = space.skips if space is not None else None
         cells = _ALL_OF_THE_BOX
         if skips is not None:
             cells = part.cells if part.empty_space is not None else (self._chunks_per_box, _ALL_OF_THE_BOX[1])
         lit_when_drawn = isinstance(part.baked, ValueTexture) and self.projection is None
-        one = DrawnVolume(
+        return DrawnVolume(
             self.volume,
             part.baked,
             part,
@@ -241,7 +247,10 @@ class PictureOfParts(RegionsOfPicture):
             bounds=part.bounds,
             fetched=self.settings.interpolation == "shader",
         )
-        drawing = replace(self.drawing, volumes=(one,), known=known or {})
+
+    def draw(self, compositor: Compositor, part: Part, known: dict[str, AnyTexture] | None = None) -> None:
+        """Composite a part behind the picture so far; or draw its numbers, of which some may be `known`."""
+        drawing = replace(self.drawing, volumes=(self.drawn_volume(part),), known=known or {})
         assert part.shown is not None
         if self.volume.nearest:
             draw_together(compositor, drawing, [part.brick], part.shown)

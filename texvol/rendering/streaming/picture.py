@@ -23,17 +23,16 @@ from texvol.opengl.collected import CollectedNumbers, KnownLargest
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing
-from texvol.opengl.part_store import Part, PartStore
-from texvol.opengl.texture_store import Stopwatch, is_software, same
+from texvol.opengl.part_store import Part
+from texvol.opengl.texture_store import Stopwatch, same
 from texvol.rendering.render import read
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
-from texvol.rendering.streaming.ahead import PartsAhead
 from texvol.rendering.streaming.extremes import KnownExtremes
 from texvol.rendering.streaming.ordering import Drawn, KnownLevels
 from texvol.rendering.streaming.parts import PictureOfParts
-from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import Hiding, Screen
+from texvol.rendering.streaming.volume_parts import VolumeParts, reading_of
 from texvol.rendering.volume_cache import rounding_of_values
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
@@ -42,8 +41,6 @@ from texvol.slicing.regions import Region, regions_of_level
 from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import Rounded, ValueTexture
 from texvol.util.statistics import median
-
-_OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
 
 Size = tuple[int, int]
 
@@ -56,9 +53,7 @@ class StreamedPictures:
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
         self._context, self.compositor, self._watch, self._budget = context, compositor, watch, budget
-        self._cache: SampleCache | None = None
-        self._parts: PartStore | None = None
-        self._ahead: PartsAhead | None = None
+        self._of_volumes: list[VolumeParts] = []
         self.drawn, self.bricks_drawn, self.lost_digits = Drawn(), 0, 0.0
         self._rounding, self._vouches = 0.0, False  # of the numbers of a projection
         self._collected: CollectedNumbers | None = None  # of the last picture, if it is one of numbers
@@ -122,7 +117,7 @@ class StreamedPictures:
             "texture_format": ", ".join(sorted(self._formats)),
             "halvings": [0, 0, 0],
             "bricks_total": self.drawn.regions,
-            "texture_bytes": self._parts.bytes if self._parts else 0,
+            "texture_bytes": sum(each.parts.bytes for each in self._of_volumes),
             "parts": self.stats,
         }
 
@@ -136,7 +131,8 @@ class StreamedPictures:
     ) -> Drawing:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
-        cache, ahead = self._prepared(volume)
+        (parts,) = self._prepared([volume], volume.memory)
+        cache = parts.cache
         picture = PictureOfParts(self._context, scene, size, settings, volume)
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
@@ -154,7 +150,7 @@ class StreamedPictures:
         screen = self._screen_of(picture)
         try:
             with cache.counted():
-                self._draw_all(order, screen, ahead, picture)
+                self._draw_all(order, screen, parts, picture)
         except BaseException:
             cache.forget()  # so that what could not be read is tried again
             raise
@@ -181,10 +177,10 @@ class StreamedPictures:
             self._known_levels = (*view, error), KnownLevels()
         return self._known_levels[1]
 
-    def _draw_all(self, order: list[Region], screen: Hiding, ahead: PartsAhead, picture: PictureOfParts) -> None:
-        everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
-        with closing(ahead.in_order(order, screen, picture)) as parts:
-            for pending in parts:
+    def _draw_all(self, order: list[Region], screen: Hiding, parts: VolumeParts, picture: PictureOfParts) -> None:
+        everything, ahead = picture.bytes_of(order) <= parts.texture_bytes, parts.ahead
+        with closing(ahead.in_order(order, screen, picture)) as pending_parts:
+            for pending in pending_parts:
                 with self._watch.timed("bake"):
                     part = ahead.part(pending, screen, picture, everything)
                 self._note(part, picture.scene)
@@ -223,36 +219,29 @@ class StreamedPictures:
     @property
     def stats(self) -> dict[str, Any]:
         """Report of the last picture in JSON types for `--stats`."""
-        if self._cache is None or self._parts is None:
+        if not self._of_volumes:
             return {}
         drawn = self.drawn
         regions = {"regions": drawn.regions, "regions_drawn": drawn.drawn, "regions_hidden": drawn.hidden}
         levels = {str(level): count for level, count in sorted(drawn.by_level.items())}
         predicted = {} if drawn.moved is None else {"level_error": drawn.moved}
-        return {**regions, "regions_empty": drawn.empty, "levels": levels, **predicted, **self._cache.stats}
+        return {**regions, "regions_empty": drawn.empty, "levels": levels, **predicted, **reading_of(self._of_volumes)}
 
     def release(self) -> None:
         """Release everything on the device, and the samples."""
-        if self._ahead is not None:
-            self._ahead.close()
-        if self._cache is not None:
-            self._cache.close()
-        if self._parts is not None:
-            self._parts.release()
+        self._forget_volumes()
         self._known.release()
-        self._cache = self._parts = self._ahead = None
 
-    def _prepared(self, volume: LargeVolume) -> tuple[SampleCache, PartsAhead]:
-        """Return the samples of a volume and what prepares its parts; those of another one are forgotten."""
-        if self._cache is None or self._ahead is None or self._cache.volume is not volume:
-            self.release()
-            textures = self._budget_of(volume)
-            of_textures = textures if is_software(self._context) else 0
-            self._cache = SampleCache(volume, max(volume.memory - of_textures, volume.memory // 2))
-            self._parts = PartStore(self._context, textures, self._watch)
-            self._ahead = PartsAhead(self._cache, self._parts)
-        return self._cache, self._ahead
+    def _forget_volumes(self) -> None:
+        for each in self._of_volumes:
+            each.release()
+        self._of_volumes.clear()
 
-    def _budget_of(self, volume: LargeVolume) -> int:
-        """Bytes for textures: a software driver's are in the machine's memory."""
-        return min(self._budget, int(volume.memory * _OF_MEMORY)) if is_software(self._context) else self._budget
+    def _prepared(self, volumes: list[LargeVolume], memory: int) -> list[VolumeParts]:
+        """Return samples and parts of volumes, for so many bytes each; those of others are forgotten."""
+        known = [each.volume for each in self._of_volumes]
+        if len(known) != len(volumes) or any(a is not b for a, b in zip(known, volumes, strict=True)):
+            self._forget_volumes()
+            how = memory, self._budget // len(volumes), self._watch
+            self._of_volumes += [VolumeParts(self._context, volume, *how) for volume in volumes]
+        return self._of_volumes

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from texvol.opengl.compositor import Compositor
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
-from texvol.scene.transfer import TransferFunction
+from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 from texvol.slicing.coverage import in_common, pixel_boxes_of, pixels_of
 from texvol.slicing.regions import Region
@@ -73,16 +73,19 @@ class Screen:
 
     def hides(self, brick: Brick) -> bool:
         """True if all pixels that a brick may reach are opaque; it counts as hidden then."""
+        hidden = self.covers(brick)
+        self.hidden += hidden
+        return hidden
+
+    def covers(self, brick: Brick) -> bool:
+        """True if all pixels that a brick may reach are opaque."""
         if not self._may_be_opaque:
             return False
         where, mask = self._pixels(brick)
         if (self._deepest[where][mask] < self._enough).any():
             return False
         self._update()
-        if (self._opaque[where] | ~mask).all():
-            self.hidden += 1
-            return True
-        return False
+        return bool((self._opaque[where] | ~mask).all())
 
     def may_hide(self, brick: Brick, before: Sequence[Brick]) -> bool:
         """True if bricks that are not drawn yet may make all pixels opaque that a brick may reach."""
@@ -104,9 +107,13 @@ class Screen:
 
     def are_hidden(self, level: int, places: Places, parts: Box) -> NDArray[np.bool_]:
         """Return which parts of the box only pixels may show that were opaque a few bricks ago, wherever they are."""
+        return self.all_opaque(self._scene.volume, parts)
+
+    def all_opaque(self, volume: Volume, parts: Box) -> NDArray[np.bool_]:
+        """Return which parts of a volume's box, shape (n, 2, 3), only such pixels may show."""
         if len(self._changed) >= _FEW_DRAWN:
             self._update()
-        low, high = pixel_boxes_of(self._scene.volume, self._scene.camera, self._size, parts)
+        low, high = pixel_boxes_of(volume, self._scene.camera, self._size, parts)
         corner = low.min(axis=0)
         (x0, y0), (x1, y1), (right, below) = (low - corner).T, (high - corner).T, high.max(axis=0)
         clear = np.pad(~self._opaque[corner[1] : below, corner[0] : right], ((1, 0), (1, 0)))
@@ -115,22 +122,24 @@ class Screen:
 
     def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
         """Remember that a brick of a range of values has been drawn."""
+        self.has_added(compositor, brick, self._depth_of(brick, values))
+
+    def has_added(self, compositor: Compositor, brick: Brick, depth: float) -> None:
+        """Remember that a brick has been drawn, through which the optical depth is at most so much."""
         self._compositor = compositor
         where, mask = self._pixels(brick)
         if mask.size:
             self._changed.append(where)
-        self._deepest[where][mask] += self._depth_of(brick, values)
+        self._deepest[where][mask] += depth
         self._known.pop(brick, None)
 
     def _depth_of(self, brick: Brick, values: tuple[float, float] | None) -> float:
         """Upper bound of the optical depth of a brick whose values are in a range, None for any."""
-        medium = self._scene.medium
-        if medium.needs_gradient or self._scene.cutting.caps:
-            return math.inf
-        places = medium.values if values is None else np.clip(medium.values, *values)
-        extinction = float(medium.extinctions.max()) if values is None else _most_extinction(medium, places)
-        longest = float(np.linalg.norm(self._scene.volume.box_edges @ np.ptp(brick.stored_box, axis=0)))
-        return extinction * longest
+        return most_extinction(self._scene, values) * self.longest(brick)
+
+    def longest(self, brick: Brick) -> float:
+        """Return the length of the longest path through a brick, world units."""
+        return float(np.linalg.norm(self._scene.volume.box_edges @ np.ptp(brick.stored_box, axis=0)))
 
     def _update(self) -> None:
         if self._changed and self._compositor is not None:
@@ -150,8 +159,14 @@ class Screen:
         return self._known[brick]
 
 
-def _most_extinction(medium: TransferFunction, places: NDArray[np.float64]) -> float:
-    """Largest extinction at some values, on either side of them."""
+def most_extinction(scene: CompleteScene, values: tuple[float, float] | None) -> float:
+    """Upper bound of the extinction in a range of values, None for any."""
+    medium = scene.medium
+    if medium.needs_gradient or scene.cutting.caps:
+        return math.inf
+    if values is None:
+        return float(medium.extinctions.max())
+    places = np.clip(medium.values, *values)  # and on either side of them
     near = np.concatenate([places, np.nextafter(places, -np.inf), np.nextafter(places, np.inf)])
     return float(medium.classify(near).extinction.max())
 
@@ -194,7 +209,7 @@ def regions_that_show(
     samples along x, y, z.
     """
     batches = (regions[first : first + _AT_ONCE] for first in range(0, len(regions), _AT_ONCE))
-    on_screen = [region for batch in batches for region in _on_screen(scene, size, volume, batch, margin)]
+    on_screen = [region for batch in batches for region in _on_screen(scene, size, volume, batch, margin, beyond)]
     shows = chunks_that_show(scene, volume)
     if shows is None:
         return on_screen
@@ -210,12 +225,18 @@ def regions_that_show(
 
 
 def _on_screen(
-    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, regions: list[Region], margin: Box
+    scene: CompleteScene,
+    size: tuple[int, int],
+    volume: LargeVolume,
+    regions: list[Region],
+    margin: Box,
+    beyond: Box,
 ) -> list[Region]:
-    boxes = np.array([(each.first, each.last) for each in regions]) / np.array(volume.dimensions)
-    low, high = pixel_boxes_of(volume, scene.camera, size, boxes)
+    dimensions = np.array(volume.dimensions)
+    boxes = np.array([(each.first, each.last) for each in regions]) / dimensions
+    low, high = pixel_boxes_of(volume, scene.camera, size, boxes + np.outer([-1, 1], beyond / dimensions))
     may_show = (low < high).all(axis=1)
-    may_show &= ~_are_cut_away(scene, volume, boxes + np.outer([-1, 1], margin / np.array(volume.dimensions)))
+    may_show &= ~_are_cut_away(scene, volume, boxes + np.outer([-1, 1], margin / dimensions))
     return [region for region, may in zip(regions, may_show, strict=True) if may]
 
 
