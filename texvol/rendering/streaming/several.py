@@ -250,15 +250,19 @@ class SharedScreen(Screen):
         self._scenes, self._frame = scenes, common.frame
         self._at = {region.position: region for region in common.regions}
         self._hidden: set[Triple] = set()
+        self._bricks: dict[Triple, Brick] = {}
         self._reach = np.ceil(beyond * np.array(common.frame.dimensions)).astype(int)
 
     def brick(self, position: Triple) -> Brick:
         """Return a region as a brick of the frame, with what slabs reach beyond it."""
+        if (known := self._bricks.get(position)) is not None:
+            return known
         region, dimensions = self._at[position], self._frame.dimensions
         low, high = np.array(region.first) - self._reach, np.array(region.last) + self._reach
         first, last = (np.clip(each, 0, dimensions).tolist() for each in (low, high))
         stored = (first[0], first[1], first[2]), (last[0], last[1], last[2])
-        return Brick(position, region.first, region.last, *stored, dimensions, dimensions)
+        self._bricks[position] = Brick(position, region.first, region.last, *stored, dimensions, dimensions)
+        return self._bricks[position]
 
     def hides_region(self, position: Triple) -> bool:
         """True if all pixels that a region may reach are opaque; it counts as hidden then, once."""
