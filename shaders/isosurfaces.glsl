@@ -11,6 +11,7 @@
 #endif
 
 uniform vec3 samples;             // of the volume, along x, y and z
+uniform vec3 first_corner;        // see extreme_value.glsl
 uniform float isovalues[ISOVALUES];
 #if !DEPTH
 uniform vec4 surface_colors[ISOVALUES];  // straight colour and opacity
@@ -121,7 +122,7 @@ void see_piece(BoxWalk walk, vec2 depths, vec4 values, vec2 pixel, inout Seen se
 
 // Composite the surfaces in these slabs.
 void see_slabs(BoxWalk walk, vec2 slabs, vec2 pixel, inout Seen seen) {
-    SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
+    SampleWalk planes_walk = sample_walk(walk.start - first_corner, walk.step, samples);
     vec3 planes;
     vec2 box = box_depths(walk);
     float end = min(slabs.y, box.y);

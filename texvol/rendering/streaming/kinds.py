@@ -1,14 +1,15 @@
 """Scenes that can be drawn part by part; of others all samples have to be in memory at once.
 
-Parts are of one volume. In mode composite they are composited front to back; in the modes whose pictures are numbers
-(xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the largest or least is kept.
+Parts are of one volume. In modes composite and isosurface they are composited front to back; in the modes whose
+pictures are numbers (xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the largest or
+least is kept.
 """
 
 from __future__ import annotations
 
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
-from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
 from texvol.util.errors import check_type
 
@@ -43,11 +44,11 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
     """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
 
-    Pictures of numbers are drawn so only where the samples do not fit: in memory they take less time, and parts are of
-    the level that pixels show, whose means have other extremes.
+    Pictures of modes other than composite are drawn so only where the samples do not fit: in memory they take less time,
+    and parts are of the level that pixels show, whose means have other extremes and surfaces.
     """
     reasons = {
-        f"mode {scene.mode}": scene.mode != "composite" and (scene.mode not in NUMBER_MODES or fits(scene.volume)),
+        f"mode {scene.mode}": scene.mode != "composite" and fits(scene.volume),
         "several volumes": bool(scene.added),
         "a mask": scene.mask is not None,
         "meshes or lines": bool(scene.geometry),
