@@ -44,8 +44,8 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
     """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
 
-    Pictures of modes other than composite are drawn so only where the samples do not fit: in memory they take less time,
-    and parts are of the level that pixels show, whose means have other extremes and surfaces.
+    Pictures of modes other than composite are drawn so only where the samples do not fit: in memory they take less
+    time, and parts are of the level that pixels show, whose means have other extremes and surfaces.
     """
     reasons = {
         f"mode {scene.mode}": scene.mode != "composite" and fits(scene.volume),

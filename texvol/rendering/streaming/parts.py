@@ -53,10 +53,9 @@ class PictureOfParts(RegionsOfPicture):
         volume: LargeVolume,
         depth: bool = False,
     ) -> None:
-        scene, cue = with_settled_light(scene) if scene.mode not in NUMBER_MODES else replace(scene, lighting=None), None
+        scene = replace(scene, lighting=None) if scene.mode in NUMBER_MODES else with_settled_light(scene)
         self.projection = projection_of(scene, depth=depth)
-        if self.projection is None or self.projection.lighting is not None:
-            cue = scene.depth_cue
+        cue = scene.depth_cue if self.projection is None or self.projection.lighting is not None else None
         super().__init__(stored_scene(scene), size, settings, volume)
         self._gl = context.gl
         scene = self.scene
@@ -116,9 +115,11 @@ class PictureOfParts(RegionsOfPicture):
         """All on which it depends what is opaque before a part; parts of which something is left out are of one."""
         scene, drawing = self.scene, self.drawing
         settings = self.settings
-        surfaces = f"{scene.isovalues} {self.projection.looks.tolist()} {self.projection.depth}" if self.projection else ""
+        mode = scene.mode
+        if self.projection is not None:
+            mode += f" {scene.isovalues} {self.projection.looks[:, 3].tolist()} {self.projection.depth}"
         return (
-            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} {scene.mode} {surfaces} "
+            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} {mode} "
             f"{drawing.view.slab_thickness} {drawing.least_transmittance} {settings.level_error} {settings.level} "
             f"{settings.coarser_by_pixels}"
         )
