@@ -188,7 +188,7 @@ class StreamedPictures:
         everything = picture.bytes_of(order) <= self._budget_of(picture.volume)
         with closing(ahead.in_order(order, screen, picture)) as parts:
             for pending in parts:
-                with self._watch.timed("bake"):
+                with self._watch.timed_textures():
                     part = ahead.part(pending, screen, picture, everything)
                 self._note(part, picture.scene)
                 if part.shown is not None:
