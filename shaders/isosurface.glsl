@@ -11,6 +11,7 @@
 #endif
 
 uniform vec3 samples;             // of the volume, along x, y and z
+uniform vec3 first_corner;        // see extreme_value.glsl
 uniform float isovalue;
 uniform float same;               // values that differ by less may have been the isovalue before they were interpolated
 #if MISSING
@@ -76,7 +77,7 @@ bool meets_piece(Piece piece, inout float before, out float t) {
 
 // True if the ray meets the surface in these slabs, or in a cell that they touch, at `depth`.
 bool meets_surface(BoxWalk walk, vec2 slabs, out float depth) {
-    SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
+    SampleWalk planes_walk = sample_walk(walk.start - first_corner, walk.step, samples);
     vec3 planes;
     vec2 box = box_depths(walk);
     float front = first_depth(planes_walk, box.x, max(slabs.x, box.x), planes);

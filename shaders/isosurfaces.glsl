@@ -11,6 +11,7 @@
 #endif
 
 uniform vec3 samples;             // of the volume, along x, y and z
+uniform vec3 first_corner;        // see extreme_value.glsl
 uniform float isovalues[ISOVALUES];
 #if !DEPTH
 uniform vec4 surface_colors[ISOVALUES];  // straight colour and opacity
@@ -119,13 +120,13 @@ void see_piece(BoxWalk walk, vec2 depths, vec4 values, vec2 pixel, inout Seen se
     for (int i = 0; i < ISOVALUES; ++i) seen.sides[i] = side_of(cubic_between(piece.values - isovalues[i], TO));
 }
 
-// Composite the surfaces in these slabs.
-void see_slabs(BoxWalk walk, vec2 slabs, vec2 pixel, inout Seen seen) {
-    SampleWalk planes_walk = sample_walk(walk.start, walk.step, samples);
+// Composite the surfaces between two depths.
+void see_between(BoxWalk walk, vec2 depths, vec2 pixel, inout Seen seen) {
+    SampleWalk planes_walk = sample_walk(walk.start - first_corner, walk.step, samples);
     vec3 planes;
     vec2 box = box_depths(walk);
-    float end = min(slabs.y, box.y);
-    float front = max(slabs.x, box.x);
+    float end = min(depths.y, box.y);
+    float front = max(depths.x, box.x);
     first_depth(planes_walk, box.x, front, planes);
     vec4 values = vec4(value_at(walk_position(walk, front)));
     while (front < end && !is_over(seen)) {
@@ -139,27 +140,28 @@ void see_slabs(BoxWalk walk, vec2 slabs, vec2 pixel, inout Seen seen) {
     }
 }
 
-// The surfaces as the ray of `pixel` sees them in the slabs that are drawn; `looked_at` is the number of slabs in
-// which they were looked for.
-vec4 all_surfaces(BoxWalk walk, vec2 slabs, vec2 pixel, out float looked_at) {
+// The surfaces as the ray of `pixel` sees them in the slabs that are drawn, or between the `depths` at which these
+// begin and end; `looked_at` is the number of slabs in which they were looked for.
+vec4 all_surfaces(BoxWalk walk, vec2 slabs, vec2 depths, vec2 pixel, out float looked_at) {
     Seen seen;
     seen.color = vec4(0.0);
     for (int i = 0; i < ISOVALUES; ++i) seen.sides[i] = 0.0;
     looked_at = 0.0;
     float slab = slabs.x;
+    float end = ceil(depths.y);
 #if SKIPS
     CellWalk cells = cell_walk(walk.start, walk.step);
 #endif
-    while (slab < slabs.y && !is_over(seen)) {
-        vec2 run = vec2(slab, slabs.y);
+    while (slab < end && !is_over(seen)) {
+        vec2 run = vec2(slab, end);
 #if SKIPS
-        run = full_run(cells, slab, slabs.y);
+        run = full_run(cells, slab, end);
         if (run.x == NOWHERE) break;
 #endif
-        see_slabs(walk, run, pixel, seen);
-        looked_at += run.y - run.x;
+        see_between(walk, vec2(max(run.x, depths.x), min(run.y, depths.y)), pixel, seen);
+        looked_at += max(min(run.y, slabs.y) - run.x, 0.0);
         slab = run.y;
-        if (slab >= slabs.y) break;
+        if (slab >= end) break;
     }
     return seen.color;
 }

@@ -41,7 +41,8 @@ bool draw_stack(vec2 window_position, vec2 slab_range, out vec4 number) {
 #else
     float looked_at;
 #if MODE == 4
-    number = all_surfaces(walk, slabs, pixel_at(window_position), looked_at);
+    vec2 depths = drawn_depths(walk, window_position, slabs);
+    number = all_surfaces(walk, slabs, depths, pixel_at(window_position), looked_at);
     bool is_met = number.a > 0.0;
 #else
     bool is_met;

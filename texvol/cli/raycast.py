@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> None:
     in_8_bits = not is_exact(arguments.output)
     scene = scene_options.scene(scene_options.load(), in_8_bits=in_8_bits, lit_by_default=not unlit)
 
-    from texvol.ray_casting.projection import isosurface_depth
+    from texvol.rendering.streaming.exact import isosurface_depth
 
     size, output = scene_options.size, arguments.output
     export = PictureExport(scene_options, scene_options.annotation)

@@ -41,6 +41,7 @@ NOTHING_YET = -3e38  # the largest value of none
 _ROUNDING = 2.0**-20  # of a value, more than interpolation loses
 _SAME = 2.0**-22  # of a stored value: half an ulp or two, which interpolation may take from equal texels
 _ALL_FINITE = 3e38
+SURFACE_ENDING = 2.0**-22  # transmittance at which a ray ends among isosurfaces, as in shaders/isosurfaces.glsl
 _OFTEN_FAR = 16.0  # times the extent of most values: from there on the next cell may show in this one, by rounding
 Numbers = NDArray[np.float64]
 Sums = tuple[Numbers, Numbers, Numbers, Numbers]
@@ -130,9 +131,8 @@ class ValueProjection:
             uniforms = {"missing_from": baked.missing_from, "largest_finite": _largest_finite(baked)}
         if self._missing(baked) == 2 or not self.measures_rays:
             uniforms["samples"] = tuple(map(float, brick.samples_per_box))
-            if self.mode != "isosurface":
-                corner = (brick.samples_before - brick.stored_first) / brick.samples_per_box
-                uniforms["first_corner"] = tuple(map(float, corner))
+            corner = (brick.samples_before - brick.stored_first) / brick.samples_per_box
+            uniforms["first_corner"] = tuple(map(float, corner))
         if self.measures_rays:
             bias = self._bias(baked)
             return uniforms | {"bias": bias, "least": -_ALL_FINITE if self.attenuation is None else bias}

@@ -71,6 +71,14 @@ class Stopwatch:
         yield
         self.seconds[what] = self.seconds.get(what, 0.0) + time.perf_counter() - start
 
+    @contextmanager
+    def timed_textures(self) -> Iterator[None]:
+        """Add the time that is spent inside to "bake", but for that which counts there as making or uploading texels."""
+        start, spent = time.perf_counter(), self.of_textures()
+        yield
+        rest = time.perf_counter() - start - (self.of_textures() - spent)
+        self.seconds["bake"] = self.seconds.get("bake", 0.0) + rest
+
     def of_textures(self) -> float:
         """Seconds in which texels were made and uploaded."""
         return self.seconds.get("bake", 0.0) + self.seconds.get("upload", 0.0)

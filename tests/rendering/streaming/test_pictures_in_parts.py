@@ -15,6 +15,7 @@ from texvol import Camera, ClipPlane, DepthCue, InputError, Lighting, Renderer, 
 from texvol.rendering.checking import chosen_pixels
 from texvol.rendering.streaming import exact
 from texvol.rendering.streaming.assembly import Assembly
+from texvol.scene.gradient import Estimator
 
 SIZE = (48, 40)
 # Rounding of positions in textures of other sizes, and of blends.
@@ -127,11 +128,19 @@ def test_memory_is_kept(renderer: Renderer, volume: Volume) -> None:
 
 def test_what_cannot_be_drawn_in_parts_is_read_whole_or_refused(renderer: Renderer, volume: Volume) -> None:
     stored, _ = large(volume)
-    surface = Scene(stored, None, camera_of(volume, "orthographic"), mode="isosurface", isovalue=100)
+    adaptive = Estimator("adaptive")
+    surface = Scene(stored, None, camera_of(volume, "orthographic"), mode="isosurface", isovalue=100, gradient=adaptive)
     assert_array_equal(renderer.render(surface, SIZE), renderer.render(replace(surface, volume=volume), SIZE))
     small, _ = large(volume, memory=1_000_000)
-    with pytest.raises(InputError, match="mode isosurface cannot be drawn part by part"):
+    with pytest.raises(InputError, match="the adaptive gradient cannot be drawn part by part"):
         renderer.render(replace(surface, volume=small), SIZE)
+
+
+def test_surfaces_of_a_store_that_fits_are_drawn_from_memory(renderer: Renderer, volume: Volume) -> None:
+    surface = Scene(volume, None, camera_of(volume, "orthographic"), mode="isosurface", isovalue=100)
+    drawn = renderer.render(replace(surface, volume=large(volume)[0]), SIZE)
+    assert "parts" not in quick_stats(renderer)
+    assert_array_equal(drawn, renderer.render(surface, SIZE))
 
 
 def test_a_chunk_that_cannot_be_read_is_an_error_and_read_again(renderer: Renderer, volume: Volume) -> None:

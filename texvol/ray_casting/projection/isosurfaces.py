@@ -45,9 +45,9 @@ def surfaces_picture(
     return _composited(scene, rays, layers + _further(scene, size, choose, rays))
 
 
-def first_depth(scene: CompleteScene, size: tuple[int, int]) -> Numbers:
+def first_depth(scene: CompleteScene, size: tuple[int, int], choose: Choose) -> Numbers:
     """Return the depth of the first isosurface along the view from the plane of the eye, shape (height, width)."""
-    rays = seen_rays(scene, size, lambda array: array)
+    rays = seen_rays(scene, size, choose)
     s = _hits(scene, rays, lambda fraction: None)[0]
     first = s[..., 0] if s.shape[-1] else np.full(rays.eye.shape, np.inf)
     found = np.isfinite(first)

@@ -109,10 +109,10 @@ def picture_of_numbers(scene: Scene, numbers: Numbers) -> Numbers:
     return picture
 
 
-def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Numbers:
+def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512), choose: Choose = lambda array: array) -> Numbers:
     """Return the depth of the isosurface along the view from the plane of the eye, shape (height, width), world units.
 
-    The depth is infinite where a ray meets no surface.
+    The depth is infinite where a ray meets no surface. `choose` is as for `project`.
 
     Raises
     ------
@@ -123,8 +123,8 @@ def isosurface_depth(scene: Scene, size: tuple[int, int] = (512, 512)) -> Number
         raise InputError(f"mode must be isosurface for a depth, got {scene.mode}")
     scene = scene.completed(checked_size(size))
     if scene.isosurfaces:
-        return first_depth(scene, size)
-    rays, numbers = _traced(scene, size, lambda array: array)
+        return first_depth(scene, size, choose)
+    rays, numbers = _traced(scene, size, choose)
     return np.where(numbers[..., 1] >= 0, depth_of(scene, rays, numbers[..., 0]), np.inf)
 
 

@@ -72,5 +72,4 @@ class ChunkGrid:
     def _least(self) -> NDArray[np.float64] | None:
         if self._statistics is None:
             return None
-        least = self._statistics.minimum
-        return np.where(np.isnan(least), 0.0, least)
+        return self._statistics.minimum  # NaN of a chunk whose samples are all missing

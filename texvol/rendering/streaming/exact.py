@@ -1,15 +1,15 @@
 """The oracle's picture of a large volume, region by region: only chunks that the asked rays pass are read.
 
 A region's part of the picture is that of its samples and those around, cut off by planes at the region's faces. Parts
-are composited front to back; a pixel that is opaque asks for nothing behind. In the modes whose pictures are numbers
-the numbers of the parts are joined.
+of a medium and of isosurfaces are composited front to back; a pixel that is opaque asks for nothing behind. In the
+modes whose pictures are numbers the numbers of the parts are joined.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from texvol.rendering.streaming.visibility import needed_chunks, regions_that_sh
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.picture_size import AnySize, checked_size
-from texvol.scene.scene import CompleteScene, Scene
+from texvol.scene.scene import NUMBER_MODES, CompleteScene, Scene
 from texvol.slicing import bricks
 from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
@@ -29,6 +29,8 @@ from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
 Numbers = NDArray[np.float64]
 _OPAQUE = 1e-12  # transmittance that shows in no digit of the oracle
 _REGION = 1 << 21  # samples
+# Samples from the middle between two, where a surface may lie in a whole face, and rounding on either side of it.
+_ASIDE = 0.0041
 
 
 def raycast(
@@ -52,9 +54,7 @@ def raycast(
 
     size = checked_size(size)
     if is_in_parts(scene) and texture_refinement == 1 and not fits(scene):
-        width, height = size
-        rows, columns = np.divmod(np.arange(width * height), width)
-        return raycast_pixels(scene, size, np.column_stack([columns, rows]), tell).reshape(height, width, 4)
+        return raycast_pixels(scene, size, _all_pixels(size), tell).reshape(*size[::-1], 4)
     how: dict[str, Any] = {"texture_refinement": texture_refinement, "shadow_nodes": shadow_nodes}
     return ray_casting.raycast(scene.in_memory("the oracle"), size, **how, tell=tell)
 
@@ -79,7 +79,43 @@ def raycast_pixels(
 
         return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels, tell)
     complete = _settled(scene.completed(size))
-    picture: _Composited | _Joined = (_Composited if scene.mode == "composite" else _Joined)(complete, size, pixels)
+    kind = _Joined if scene.mode in NUMBER_MODES else _Composited
+    return _in_parts(complete, size, pixels, kind(complete, size, pixels), tell)
+
+
+def isosurface_depth(scene: Scene, size: AnySize = (512, 512)) -> Numbers:
+    """Return the depth of the isosurface, see `texvol.ray_casting.projection.isosurface_depth`, region by region.
+
+    Raises
+    ------
+    InputError
+        As `texvol.ray_casting.projection.isosurface_depth`; or if a volume neither fits in memory nor can be integrated
+        in parts.
+    """
+    size = checked_size(size)
+    if not is_in_parts(scene) or fits(scene.volume):
+        from texvol.ray_casting import projection
+
+        return projection.isosurface_depth(scene.in_memory("the oracle"), size)
+    complete, pixels = scene.completed(size), _all_pixels(size)
+    return _in_parts(complete, size, pixels, _Nearest(size, pixels), lambda fraction: None).reshape(size[::-1])
+
+
+def _all_pixels(size: tuple[int, int]) -> NDArray[np.intp]:
+    """Return column and row of all pixels, row after row, shape (n, 2)."""
+    width, height = size
+    rows, columns = np.divmod(np.arange(width * height), width)
+    return np.column_stack([columns, rows])
+
+
+def _in_parts(
+    complete: CompleteScene,
+    size: tuple[int, int],
+    pixels: NDArray[np.intp],
+    picture: _Picture,
+    tell: Callable[[float], None],
+) -> Numbers:
+    """Return the pixels of a picture that is made of the regions of a large volume."""
     volume = complete.volume
     assert isinstance(volume, LargeVolume)
     reach = complete.gradient.reach if complete.needs_gradient else 0
@@ -96,21 +132,35 @@ def raycast_pixels(
         for done, brick in enumerate(bricks.visibility_order(finest, volume, complete.camera)):
             tell(done / len(finest))
             region = at[brick.position]
-            where, mask = pixels_of(volume, complete.camera, size, np.clip(region.box(volume.dimensions), 0, 1))
+            box = region.box(volume.dimensions) + _ASIDE * np.array([[0.0], [1.0]]) / volume.dimensions
+            where, mask = pixels_of(volume, complete.camera, size, np.clip(box, 0, 1))
             passing = number[where][mask]
             passing = picture.open_among(passing[passing >= 0])
             if not passing.size:
                 continue
             part = cache.part(0, brick.stored_first, brick.stored_last)
-            planes = complete.clip + _faces(volume, region)
+            planes = complete.clip + _faces(volume, region, _ASIDE if complete.mode == "isosurface" else 0.0)
             picture.add(replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0)), passing)
     finally:
         cache.close()
     return picture.finished()
 
 
+class _Picture(Protocol):
+    """Pixels that parts are added to, front to back."""
+
+    def open_among(self, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return those of some pixels, by number, that a part behind may change."""
+
+    def add(self, part: CompleteScene, numbers: NDArray[np.intp]) -> None:
+        """Add a part in some pixels."""
+
+    def finished(self) -> Numbers:
+        """Return the pixels."""
+
+
 class _Composited:
-    """Pixels of the medium's picture, behind which parts are composited, front to back."""
+    """Pixels of the picture of a medium or of surfaces, behind which parts are composited, front to back."""
 
     def __init__(self, scene: CompleteScene, size: tuple[int, int], pixels: NDArray[np.intp]) -> None:
         self._scene, self._size, self._pixels = scene, size, pixels
@@ -159,16 +209,40 @@ class _Joined:
         return picture_of_numbers(self._scene, self._numbers)
 
 
+class _Nearest:
+    """Depths of the first surface in some pixels."""
+
+    def __init__(self, size: tuple[int, int], pixels: NDArray[np.intp]) -> None:
+        self._size, self._pixels = size, pixels
+        self._depths = np.full(len(pixels), np.inf)
+
+    def open_among(self, numbers: NDArray[np.intp]) -> NDArray[np.intp]:
+        """Return those of some pixels, by number, in which no surface was found."""
+        return numbers[np.isinf(self._depths[numbers])]
+
+    def add(self, part: CompleteScene, numbers: NDArray[np.intp]) -> None:
+        """Find the surface in a part in some pixels."""
+        from texvol.ray_casting import projection
+
+        columns, rows = self._pixels[numbers].T
+        chosen = projection.isosurface_depth(part, self._size, lambda array: array[rows, columns][:, np.newaxis])
+        self._depths[numbers] = chosen[:, 0]
+
+    def finished(self) -> Numbers:
+        """Return the depths, shape (n,)."""
+        return self._depths
+
+
 def is_in_parts(scene: Scene) -> bool:
     """True if the oracle can integrate the scene's volume region by region."""
-    if not isinstance(scene.volume, LargeVolume) or scene.cutting.caps:
+    if not isinstance(scene.volume, LargeVolume) or (scene.cutting.caps and scene.mode == "composite"):
         return False
     return reason_for_memory(scene) is None
 
 
 def _settled(scene: CompleteScene) -> CompleteScene:
     """Return the scene with light and depth cue that do not depend on the volume that is put in its place."""
-    if scene.mode != "composite":
+    if scene.mode in NUMBER_MODES:
         return scene
     scene = with_settled_light(scene)
     if scene.depth_cue is None:
@@ -177,14 +251,14 @@ def _settled(scene: CompleteScene) -> CompleteScene:
     return replace(scene, depth_cue=replace(scene.depth_cue, near=near, far=far))
 
 
-def _faces(volume: LargeVolume, region: Region) -> tuple[ClipPlane, ...]:
-    """Return planes at the faces that a region shares with others."""
+def _faces(volume: LargeVolume, region: Region, aside: float) -> tuple[ClipPlane, ...]:
+    """Return planes at the faces that a region shares with others, moved aside by so many samples along each axis."""
     planes = []
     for axis in range(3):
         row = volume.index_from_world[axis]
         at = float(row @ volume.origin)
         if region.first[axis] > 0:
-            planes.append(ClipPlane(tuple(row.tolist()), at + region.first[axis] - 0.5))
+            planes.append(ClipPlane(tuple(row.tolist()), at + region.first[axis] - 0.5 + aside))
         if region.last[axis] < volume.dimensions[axis]:
-            planes.append(ClipPlane(tuple((-row).tolist()), -(at + region.last[axis] - 0.5)))
+            planes.append(ClipPlane(tuple((-row).tolist()), -(at + region.last[axis] - 0.5 + aside)))
     return tuple(planes)

@@ -1,8 +1,8 @@
 """Scenes that can be drawn part by part; of others all samples have to be in memory at once.
 
-In mode composite parts are composited front to back, of several volumes those that lie in a region together; in the
-modes whose pictures are numbers (xray, average, mip, minip) each is drawn by itself, and the numbers are added, or the
-largest or least is kept.
+In modes composite and isosurface parts are composited front to back, of several volumes those that lie in a region
+together; in the modes whose pictures are numbers (xray, average, mip, minip) each is drawn by itself, and the numbers
+are added, or the largest or least is kept.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import replace
 from texvol.scene.in_chunks import in_chunks
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
-from texvol.scene.scene import NUMBER_MODES, Scene
+from texvol.scene.scene import Scene
 from texvol.util.errors import check_type
 
 
@@ -48,11 +48,12 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
     """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
 
-    Pictures of numbers and of several volumes are drawn so only where the samples do not fit: in memory they take less
-    time, and parts are of the level that pixels show, whose means have other extremes.
+    Pictures of modes other than composite, and of several volumes, are drawn so only where the samples do not fit: in
+    memory they take less time, and parts are of the level that pixels show, whose means have other extremes and
+    surfaces.
     """
     reasons = {
-        f"mode {scene.mode}": scene.mode != "composite" and (scene.mode not in NUMBER_MODES or fits(scene)),
+        f"mode {scene.mode}": scene.mode != "composite" and fits(scene),
         "several volumes": bool(scene.added) and fits(scene),
         "a mask": any(each.mask is not None for each in (scene, *scene.added)),
         "colours of samples": any(volume.colors is not None for volume in scene.volumes),

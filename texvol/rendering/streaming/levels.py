@@ -44,6 +44,14 @@ def levels_by_pixels(
     ]
 
 
+def coarsest_by_pixels(scene: CompleteScene, size: tuple[int, int], settings: Settings, volume: LargeVolume) -> int:
+    """Return a level that `levels_by_pixels` gives no region a coarser one than."""
+    if not settings.coarser_by_pixels:
+        return settings.level
+    whole = Region((0, 0, 0), (0, 0, 0), volume.dimensions)
+    return max(settings.level, _level_of(volume, _pixel_distance(scene, size, volume, whole, farthest=True)))
+
+
 @dataclass(frozen=True)
 class LevelsAskedFor:
     """Arguments of `Renderer.render` that decide the levels."""
@@ -252,8 +260,10 @@ def _level_of(volume: LargeVolume, apart: float) -> int:
     return max(fitting, default=0)
 
 
-def _pixel_distance(scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region) -> float:
-    """Return how far pixels are apart where a region is nearest, world units; 0 at the eye."""
+def _pixel_distance(
+    scene: CompleteScene, size: tuple[int, int], volume: LargeVolume, region: Region, farthest: bool = False
+) -> float:
+    """Return how far pixels are apart where a region is nearest, or farthest, world units; 0 at the eye."""
     camera = scene.camera
     per_pixel = 2 * camera.half_height / size[1]
     if camera.projection == "orthographic":
@@ -261,5 +271,6 @@ def _pixel_distance(scene: CompleteScene, size: tuple[int, int], volume: LargeVo
     box = region.box(volume.dimensions)
     bits = (np.arange(8)[:, np.newaxis] >> np.arange(3)) & 1
     corners = volume.centre + (np.take_along_axis(box, bits, axis=0) - 0.5) @ volume.box_edges.T
-    depth = float(((corners - np.array(camera.eye)) @ camera.forward).min())
+    depths = (corners - np.array(camera.eye)) @ camera.forward
+    depth = float(depths.max() if farthest else depths.min())
     return float(max(depth, 0.0) * per_pixel)

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 from texvol.opengl.projection import SIGN_OF_LARGEST
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.extremes import StoreBounds, groups_of
-from texvol.rendering.streaming.levels import levels_by_error, levels_by_pixels
-from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show, shown_box
+from texvol.rendering.streaming.levels import coarsest_by_pixels, levels_by_error, levels_by_pixels
+from texvol.rendering.streaming.visibility import beyond_chunks, needed_chunks, regions_that_show, shown_box
 from texvol.scene.large_volume import Box, LargeVolume
+from texvol.scene.lighting import Lighting
 from texvol.scene.scene import CompleteScene
 from texvol.slicing import bricks
 from texvol.slicing.bricks import Brick, Triple
@@ -56,11 +57,15 @@ class RegionsOfPicture:
         self._bricks: dict[tuple[Region, int], Brick] = {}
         self._shown: dict[tuple[Triple, Triple], NDArray[np.float64] | None] = {}
         self.scene, self.size, self.settings, self.volume = scene, size, settings, volume
-        reach = scene.gradient.reach if scene.needs_gradient else 0
-        self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, reach)
+        self._reach = scene.gradient.reach if scene.needs_gradient else 0
+        self.margin = margin_of(volume, scene.camera, size, settings.slab_thickness, self._reach)
         # Between the ends of a slab `integrated` shows what lies anywhere in it, and so do pieces of slabs.
-        is_seen_anywhere = scene.classification == "integrated" or volume.nearest or not alone
-        self.beyond = self.margin if is_seen_anywhere else np.zeros(3)
+        is_integrated = scene.mode == "composite" and scene.classification == "integrated"
+        self.sees_between = is_integrated or volume.nearest or not alone
+        self.beyond = self.margin if self.sees_between else np.zeros(3)
+        if scene.mode == "isosurface":
+            coarsest = volume.levels[coarsest_by_pixels(scene, size, settings, volume)]
+            self.beyond = self.margin - self._reach + beyond_chunks(coarsest)
         # See `brick_of`. Regions of several volumes end between their samples.
         self.goes_on = scene.mode != "composite" or not alone
         sign = SIGN_OF_LARGEST.get(scene.mode)
@@ -111,12 +116,17 @@ class RegionsOfPicture:
         """Return a region as a brick of a level."""
         if (region, level) not in self._bricks:
             # `integrated` looks at values anywhere in a slab, and shows what is between them.
-            shown = None if level or self.beyond.any() else self.shown_samples(region.first, region.last)
+            shown = None if level or self.sees_between else self.shown_samples(region.first, region.last)
             if shown is not None:
                 shown = shown + np.outer([-1, 1], np.ceil(self.margin) + 1)
             of_level = self.volume.levels[level], level, self.volume.dimensions
-            self._bricks[region, level] = brick_of(region, *of_level, self.margin, shown, self.goes_on)
+            self._bricks[region, level] = brick_of(region, *of_level, self.margin_of(level), shown, self.goes_on)
         return self._bricks[region, level]
+
+    def margin_of(self, level: int) -> NDArray[np.float64]:
+        """Return the margin of a region of a level, in samples of level 0: gradients reach over its own samples."""
+        margin: NDArray[np.float64] = self.margin + self._reach * (np.array(self.volume.levels[level].factor) - 1)
+        return margin
 
     def needed(self, number: int) -> NDArray[np.bool_] | None:
         """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known."""
@@ -181,10 +191,11 @@ def _chunks(first: Triple, last: Triple, shape: Triple) -> Box:
 
 def with_settled_light(scene: CompleteScene) -> CompleteScene:
     """Return the scene whose light does not depend on the values of a part of the volume."""
-    if scene.lighting is None or scene.lighting.fade is not None:
+    lighting = scene.lighting or (Lighting() if scene.mode == "isosurface" else None)
+    if lighting is None or lighting.fade is not None:
         return scene
     known: CompleteScene | None = scene.__dict__.get("_settled_light")
     if known is None:
-        known = replace(scene, lighting=replace(scene.lighting, fade=scene.lighting.fade_for(scene.volume)))
+        known = replace(scene, lighting=replace(lighting, fade=lighting.fade_for(scene.volume)))
         object.__setattr__(scene, "_settled_light", known)
     return known

@@ -14,7 +14,7 @@ from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import AnyTexture, Drawing, DrawnVolume, View
 from texvol.opengl.empty_space import EmptySpace
 from texvol.opengl.part_store import Part, Prepared, shown_part
-from texvol.opengl.projection import projection_of
+from texvol.opengl.projection import SURFACE_ENDING, projection_of
 from texvol.opengl.texture_store import BakedTexture
 from texvol.opengl.value_bounds import Bounds
 from texvol.rendering.render import bake, draw_brick, draw_together
@@ -24,7 +24,7 @@ from texvol.rendering.streaming.ordering import RegionsOfPicture, with_settled_l
 from texvol.rendering.streaming.visibility import chunks_that_show
 from texvol.rendering.volume_cache import shown_of
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import NUMBER_MODES, CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
 from texvol.slicing.cells import cell_side
@@ -51,10 +51,12 @@ class PictureOfParts(RegionsOfPicture):
         size: Size,
         settings: Settings,
         volume: LargeVolume,
+        depth: bool = False,
         alone: bool = True,
     ) -> None:
-        self.projection = projection_of(scene)
-        scene = with_settled_light(scene) if self.projection is None else replace(scene, lighting=None)
+        scene = replace(scene, lighting=None) if scene.mode in NUMBER_MODES else with_settled_light(scene)
+        self.projection = projection_of(scene, depth=depth)
+        cue = scene.depth_cue if self.projection is None or self.projection.lighting is not None else None
         super().__init__(stored_scene(scene), size, settings, volume, alone)
         self._gl = context.gl
         scene = self.scene
@@ -63,9 +65,9 @@ class PictureOfParts(RegionsOfPicture):
             View(scene.camera, size, settings.slab_thickness, volume.centre),
             (),
             color_scale=color_scale_of((scene,)) if is_composite else 1.0,
-            least_transmittance=settings.early_termination / most_light_of((scene,)) if is_composite else 0.0,
+            least_transmittance=self._least_transmittance,
             cutting=scene.cutting,
-            depth_cue=scene.depth_cue,
+            depth_cue=cue,
             projection=self.projection,
             slicing=settings.slicing,
         )
@@ -75,9 +77,22 @@ class PictureOfParts(RegionsOfPicture):
         self._range = volume.value_range if adds_up else None
         self.smoothed = Smoothed(scene.medium, volume.smallest_spacing) if self._has_distributions else None
 
+    @property
+    def _least_transmittance(self) -> float:
+        """Transmittance at which a ray ends: 0 in modes whose parts do not hide each other."""
+        scene = self.scene
+        if scene.mode in NUMBER_MODES:
+            return 0.0
+        ending = self.settings.early_termination
+        if scene.mode == "isosurface":
+            ending = max(ending, SURFACE_ENDING)
+        return ending / most_light_of((scene,))
+
     def _texel_format_of(self) -> str:
         """Return the texel format of all parts, as `bake` takes it."""
         scene, asked = self.scene, self.settings.texture_format
+        if scene.mode == "isosurface":
+            return asked if asked == REFERENCE else "rgba32f"  # as below
         if self._is_exact or (self.projection is not None and asked != REFERENCE):
             return "exact"
         if scene.needs_gradient and scene.classification in ("post", "integrated"):
@@ -101,8 +116,11 @@ class PictureOfParts(RegionsOfPicture):
         """All on which it depends what is opaque before a part; parts of which something is left out are of one."""
         scene, drawing = self.scene, self.drawing
         settings = self.settings
+        mode = scene.mode
+        if self.projection is not None:
+            mode += f" {scene.isovalues} {self.projection.looks[:, 3].tolist()} {self.projection.depth}"
         return (
-            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} {scene.mode} "
+            f"{scene.camera} {self.size} {scene.cutting} {scene.lighting} {scene.classification} {mode} "
             f"{drawing.view.slab_thickness} {drawing.least_transmittance} {settings.level_error} {settings.level} "
             f"{settings.coarser_by_pixels}"
         )
@@ -116,7 +134,7 @@ class PictureOfParts(RegionsOfPicture):
             kind = "distributions"
         else:
             kind = "values" if self._is_exact else scene.classification
-            kind = kind if self.projection is None else f"numbers {self._sign_of_bounds}"
+            kind = kind if self.projection is None else f"numbers {self._sign_of_bounds} {scene.isovalues}"
         samples = f"{brick.level} {self.left_to_coarse(brick)}"
         return (self.volume, scene.medium, kind, self.texel_format, thickness, samples, *light)
 
@@ -199,7 +217,7 @@ class PictureOfParts(RegionsOfPicture):
     def visible_chunks(self) -> NDArray[np.bool_] | None:
         """Chunks of level 0 that may show anything, where they are small enough to take the place of cells."""
         statistics = self.volume.levels[0].statistics
-        if statistics is None or self.beyond.any():
+        if statistics is None or self.sees_between:
             return None
         side = cell_side(float(np.prod(self.volume.dimensions, dtype=float)))
         is_fine = max(statistics.chunk_shape) <= _CELLS_OF_CHUNKS * side
@@ -223,9 +241,11 @@ class PictureOfParts(RegionsOfPicture):
 
     def bytes_of(self, order: list[Region]) -> float:
         """Return about how many bytes of texels all regions have."""
-        per_sample = 4 if self.scene.classification in ("post", "integrated") else 16
+        is_small = self.scene.classification in ("post", "integrated") and self.scene.mode != "isosurface"
+        per_sample = 4 if is_small else 16
         level = self.volume.levels[self.settings.level]
-        finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, self.margin) for each in order]
+        margin = self.margin_of(self.settings.level)
+        finest = [brick_of(each, level, self.settings.level, self.volume.dimensions, margin) for each in order]
         return sum(float(np.prod(brick.texture_size)) for brick in finest) * per_sample
 
     def drawn_volume(self, part: Part) -> DrawnVolume:
@@ -235,7 +255,9 @@ class PictureOfParts(RegionsOfPicture):
         cells = _ALL_OF_THE_BOX
         if skips is not None:
             cells = part.cells if part.empty_space is not None else (self._chunks_per_box, _ALL_OF_THE_BOX[1])
-        lit_when_drawn = isinstance(part.baked, ValueTexture) and self.projection is None
+        lighting = self.scene.lighting if isinstance(part.baked, ValueTexture) and self.projection is None else None
+        if self.projection is not None and not self.drawing.count:  # light changes no count
+            lighting = self.projection.lighting
         return DrawnVolume(
             self.volume,
             part.baked,
@@ -243,7 +265,7 @@ class PictureOfParts(RegionsOfPicture):
             lambda brick: part.shown,
             skips,
             *cells,
-            lighting=self.scene.lighting if lit_when_drawn else None,
+            lighting=lighting,
             bounds=part.bounds,
             fetched=self.settings.interpolation == "shader",
         )

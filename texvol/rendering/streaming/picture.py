@@ -5,7 +5,8 @@ regions of which all pixels are opaque already. The picture is the same as of th
 for the whole box, and each is drawn by the region in which its middle lies.
 
 In the modes xray, average, mip and minip each region is drawn by itself, and the numbers of all are collected, in any
-order. What cannot change a picture of mip or minip is not read, see `extremes`.
+order. What cannot change a picture of mip or minip is not read, see `extremes`. Isosurfaces are composited front to
+back: each region draws the surfaces in its own slabs.
 """
 
 from __future__ import annotations
@@ -25,7 +26,6 @@ from texvol.opengl.contexts import Context
 from texvol.opengl.drawing import Drawing
 from texvol.opengl.part_store import Part
 from texvol.opengl.texture_store import Stopwatch, same
-from texvol.rendering.render import read
 from texvol.rendering.settings import Settings
 from texvol.rendering.stats import described_alike
 from texvol.rendering.streaming.extremes import KnownExtremes
@@ -35,7 +35,7 @@ from texvol.rendering.streaming.visibility import Hiding, Screen
 from texvol.rendering.streaming.volume_parts import VolumeParts, reading_of
 from texvol.rendering.volume_cache import rounding_of_values
 from texvol.scene.large_volume import LargeVolume
-from texvol.scene.scene import CompleteScene
+from texvol.scene.scene import NUMBER_MODES, CompleteScene
 from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region, regions_of_level
 from texvol.textures.value_storage import HOPELESS, ULP
@@ -73,18 +73,18 @@ class StreamedPictures:
     ) -> NDArray[np.float32]:
         """Return the picture without background, shape (height, width, 4), of a scene of one LargeVolume.
 
-        Of a block the regions are drawn whose middles lie in it.
+        Of a block the regions are drawn whose middles lie in it. With `depth` it is that of the isosurface.
         """
         times = []
         for _ in range(max(repeat, 1)):
             start, spent = time.perf_counter(), self._watch.of_textures()
-            drawing = self._drawn(scene, size, settings, block)
+            drawing = self._drawn(scene, size, settings, block, depth=depth)
             times.append(time.perf_counter() - start - (self._watch.of_textures() - spent))
         self._watch.seconds["draw"] = median(times[1:] or times)
         with self._watch.timed("read"):
             if self._collected is not None:
                 return self._collected.picture(settings.slab_thickness)
-            return read(self.compositor, drawing)
+            return self.compositor.picture(drawing.color_scale)
 
     def count(
         self, scene: CompleteScene, size: Size, settings: Settings, block: NDArray[np.float64] | None = None
@@ -95,14 +95,14 @@ class StreamedPictures:
 
     def rounding(self, scene: CompleteScene) -> float:
         """Upper bound of the last picture's error by the rounding of values."""
-        if self._collected is not None:
+        if scene.mode != "composite":
             return self._rounding
         return min(self.lost_digits, 1.0) if self.lost_digits >= HOPELESS * ULP else 0.0
 
     @property
     def hidden_rounding(self) -> Rounded:
         """Part of the texels whose rounding may make two pictures of them wrong alike."""
-        return "nothing" if self._collected is not None and self._vouches else "values"
+        return "nothing" if self._vouches else "values"
 
     @contextmanager
     def set_aside(self, most_bytes: int | None, exact_gradients: bool = True) -> Iterator[None]:
@@ -128,16 +128,19 @@ class StreamedPictures:
         settings: Settings,
         block: NDArray[np.float64] | None,
         count: bool = False,
+        depth: bool = False,
     ) -> Drawing:
         volume = scene.volume
         assert isinstance(volume, LargeVolume)
         (parts,) = self._prepared([volume], volume.memory)
         cache = parts.cache
-        picture = PictureOfParts(self._context, scene, size, settings, volume)
+        picture = PictureOfParts(self._context, scene, size, settings, volume, depth)
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
-        self._formats, self.lost_digits, self._rounding, self._vouches = set(), 0.0, 0.0, True
-        self._collected = CollectedNumbers(drawing.projection, size) if drawing.projection else None
+        self._formats, self.lost_digits, self._rounding = set(), 0.0, 0.0
+        self._vouches = drawing.projection is not None
+        adds_up = drawing.projection is not None and scene.mode in NUMBER_MODES
+        self._collected = CollectedNumbers(drawing.projection, size) if adds_up and drawing.projection else None
         compositor = self.compositor
         compositor.begin(drawing, settings.target_format)
         regions = regions_of_level(volume, settings.level)
@@ -181,7 +184,7 @@ class StreamedPictures:
         everything, ahead = picture.bytes_of(order) <= parts.texture_bytes, parts.ahead
         with closing(ahead.in_order(order, screen, picture)) as pending_parts:
             for pending in pending_parts:
-                with self._watch.timed("bake"):
+                with self._watch.timed_textures():
                     part = ahead.part(pending, screen, picture, everything)
                 self._note(part, picture.scene)
                 if part.shown is not None:
@@ -212,7 +215,7 @@ class StreamedPictures:
         self._formats.add(part.baked.texel_format)
         if isinstance(part.baked, ValueTexture):
             self.lost_digits = max(self.lost_digits, part.baked.storage.condition * ULP)
-            if self._collected is not None:
+            if scene.mode != "composite":
                 self._rounding = max(self._rounding, rounding_of_values(part.baked, scene))
                 self._vouches &= part.baked.storage.vouches_for_itself(part.baked.volume)
 

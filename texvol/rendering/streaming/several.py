@@ -52,7 +52,13 @@ class PicturesOfSeveral(StreamedPictures):
         self._boxes.release()
 
     def _drawn(
-        self, scene: CompleteScene, size: Size, settings: Settings, block: Numbers | None, count: bool = False
+        self,
+        scene: CompleteScene,
+        size: Size,
+        settings: Settings,
+        block: Numbers | None,
+        count: bool = False,
+        depth: bool = False,
     ) -> Drawing:
         volumes = large_volumes(scene)
         of_each = self._prepared(volumes, share_of(volumes))
@@ -87,7 +93,7 @@ class PicturesOfSeveral(StreamedPictures):
             for done, region in enumerate(order):
                 found = []
                 for turn in turns:
-                    with self._watch.timed("bake"):
+                    with self._watch.timed_textures():
                         part = turn.part(region)
                     if part is not None:
                         self._note(part, turn.picture.scene)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
-from texvol.scene.large_volume import LargeVolume
+from texvol.opengl.projection import Isovalue
+from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import Brick
@@ -135,6 +136,8 @@ class Screen:
 
     def _depth_of(self, brick: Brick, values: tuple[float, float] | None) -> float:
         """Upper bound of the optical depth of a brick whose values are in a range, None for any."""
+        if self._scene.mode == "isosurface":
+            return math.inf
         return most_extinction(self._scene, values) * self.longest(brick)
 
     def longest(self, brick: Brick) -> float:
@@ -174,12 +177,17 @@ def most_extinction(scene: CompleteScene, values: tuple[float, float] | None) ->
 def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond: Box) -> NDArray[np.bool_] | None:
     """Return which chunks of a level may matter, shape (cz, cy, cx); None where nothing is known.
 
-    `beyond` is how far matter is seen from its place, in samples of level 0 along x, y, z. Where nothing shows in a
-    chunk nothing shows between its samples and the next ones around, whatever its own samples are.
+    `beyond` is how far matter is seen from its place, in samples of level 0 along x, y, z; surfaces take the samples
+    that their gradients are made of. Where nothing shows in a chunk nothing shows between its samples and the next ones
+    around, whatever its own samples are.
     """
     shows = chunks_that_show(scene, volume)
     if shows is None:
         return None
+    if scene.mode == "isosurface":
+        if volume.levels[level].statistics is None:  # which tell the value that stands for a chunk
+            return None
+        beyond = beyond_chunks(volume.levels[level]) + scene.gradient.reach * np.array(volume.levels[level].factor)
     statistics = volume.levels[0].statistics
     assert statistics is not None
     own = volume.levels[level]
@@ -198,6 +206,16 @@ def needed_chunks(scene: CompleteScene, volume: LargeVolume, level: int, beyond:
         takes = (starts <= own_chunks) & (own_chunks < stops)  # which chunks of level 0 each of its own needs
         needed = np.moveaxis(np.tensordot(takes.astype(np.float32), needed.astype(np.float32), (1, axis)) > 0, 0, axis)
     return needed
+
+
+def beyond_chunks(level: Level) -> Box:
+    """Return how far from chunks whose values are on both sides of an isovalue a surface of a level may lie, (3,).
+
+    In samples of level 0 along x, y, z. Of the finest level the surface lies in them. A sample of a coarse one stands
+    for some that may lie in such a chunk, and is interpolated with the next one.
+    """
+    factor = np.array(level.factor)
+    return np.where(factor > 1, 2 * factor, 0.0)
 
 
 def regions_that_show(
@@ -265,16 +283,16 @@ def shown_box(
 def chunks_that_show(scene: CompleteScene, volume: LargeVolume) -> NDArray[np.bool_] | None:
     """Return which chunks of level 0 may show anything, shape (cz, cy, cx); None where nothing is known.
 
-    In modes other than composite it is not the transfer function that decides what shows.
+    In modes other than composite and isosurface every value counts.
     """
     statistics = volume.levels[0].statistics
-    if statistics is None or scene.mode != "composite":
+    if statistics is None or scene.mode not in ("composite", "isosurface"):
         return None
     known: tuple[object, NDArray[np.bool_]] | None = scene.__dict__.get("_chunks_that_show")
     if known is None or known[0] is not volume:
-        medium = scene.medium
-        shows = medium.shows_between(statistics.lowest_around, statistics.highest_around, np.inf)
-        if scene.needs_gradient:
+        shown = scene.medium if scene.mode == "composite" else Isovalue(scene.isovalues)
+        shows = shown.shows_between(statistics.lowest_around, statistics.highest_around, np.inf)
+        if scene.needs_gradient and scene.mode == "composite":
             shows = _spread(shows)  # what is lit or graded there depends on samples farther away
         known = volume, shows
         object.__setattr__(scene, "_chunks_that_show", known)
