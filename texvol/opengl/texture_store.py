@@ -73,7 +73,7 @@ class Stopwatch:
 
     @contextmanager
     def timed_textures(self) -> Iterator[None]:
-        """Add the time that is spent inside to "bake", but for that which counts there as making or uploading texels."""
+        """Add the time that is spent inside to "bake", but for that which counts so there."""
         start, spent = time.perf_counter(), self.of_textures()
         yield
         rest = time.perf_counter() - start - (self.of_textures() - spent)

@@ -31,7 +31,7 @@ EXACT = {"level": 0, "texture_format": "rgba32f"}  # in memory gradients of 16-b
 @pytest.fixture(autouse=True)
 def nothing_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stores are drawn in parts, however much memory there is."""
-    monkeypatch.setattr(kinds, "fits", lambda volume: not isinstance(volume, LargeVolume))
+    monkeypatch.setattr(kinds, "fits", lambda scene: not any(isinstance(each, LargeVolume) for each in scene.volumes))
     monkeypatch.setattr(exact, "fits", kinds.fits)
 
 

@@ -26,7 +26,7 @@ ROUNDING = 2e-6
 @pytest.fixture
 def nothing_fits(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stores are drawn in parts, however much memory there is."""
-    monkeypatch.setattr(kinds, "fits", lambda volume: not isinstance(volume, LargeVolume))
+    monkeypatch.setattr(kinds, "fits", lambda scene: not any(isinstance(each, LargeVolume) for each in scene.volumes))
     monkeypatch.setattr(exact, "fits", kinds.fits)
 
 

@@ -93,7 +93,7 @@ def isosurface_depth(scene: Scene, size: AnySize = (512, 512)) -> Numbers:
         in parts.
     """
     size = checked_size(size)
-    if not is_in_parts(scene) or fits(scene.volume):
+    if not is_in_parts(scene) or fits(scene):
         from texvol.ray_casting import projection
 
         return projection.isosurface_depth(scene.in_memory("the oracle"), size)
