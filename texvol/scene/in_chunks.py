@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from texvol.scene.large_volume import Box, LargeVolume, Level, Triple
 from texvol.scene.volume import Volume
 
-_CHUNK = 64  # samples along an axis
+_CHUNK = 16  # samples along an axis
 
 
 def in_chunks(volume: Volume, memory: int) -> LargeVolume:

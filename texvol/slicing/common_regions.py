@@ -39,17 +39,21 @@ class CommonRegions:
 
 
 def common_regions(
-    volumes: Sequence[LargeVolume], levels: Sequence[int], margins: Sequence[NDArray[np.float64]]
+    volumes: Sequence[LargeVolume],
+    levels: Sequence[int],
+    margins: Sequence[NDArray[np.float64]],
+    most_samples: float = np.inf,
 ) -> CommonRegions:
     """Return the regions in which volumes are drawn together, each from one of its levels.
 
     The samples of the box lie as close as those of any volume along its axes. Memory for them is that of the first
     volume, and each volume has its share of it. A volume is in a region if it comes as close as its margin, samples of
-    level 0 along x, y, z: slabs whose middles lie there may reach so far.
+    level 0 along x, y, z: slabs whose middles lie there may reach so far. Regions have at most `most_samples` of the
+    box, if their sides allow.
     """
     frame = frame_of(volumes, levels)
     few = few_of_level(max(levels))
-    regions = regions_of(frame.dimensions, most_samples_of(frame), few)
+    regions = regions_of(frame.dimensions, min(most_samples_of(frame), most_samples), few)
     found = CommonRegions(frame, regions, [], [])
     for volume, margin in zip(volumes, margins, strict=True):
         own, inside = _own_regions(frame, regions, volume, margin)

@@ -1,4 +1,4 @@
-"""The oracle's picture of a large volume, region by region: only chunks that the asked rays pass are read.
+"""The oracle's picture of large volumes, region by region: only chunks that the asked rays pass are read.
 
 A region's part of the picture is that of its samples and those around, cut off by planes at the region's faces. Parts
 of a medium and of isosurfaces are composited front to back; a pixel that is opaque asks for nothing behind. In the
@@ -14,21 +14,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from texvol.rendering.streaming.kinds import fits, reason_for_memory
+from texvol.rendering.streaming.exact_regions import regions_of_oracle
+from texvol.rendering.streaming.kinds import all_in_parts, fits, reason_for_memory
 from texvol.rendering.streaming.ordering import with_settled_light
-from texvol.rendering.streaming.sample_cache import SampleCache
-from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene import NUMBER_MODES, CompleteScene, Scene
-from texvol.slicing import bricks
 from texvol.slicing.coverage import pixels_of
-from texvol.slicing.regions import Region, brick_of, most_samples_of, regions_of
+from texvol.slicing.regions import Region
 
 Numbers = NDArray[np.float64]
 _OPAQUE = 1e-12  # transmittance that shows in no digit of the oracle
-_REGION = 1 << 21  # samples
 # Samples from the middle between two, where a surface may lie in a whole face, and rounding on either side of it.
 _ASIDE = 0.0041
 
@@ -78,6 +75,8 @@ def raycast_pixels(
         from texvol import ray_casting
 
         return ray_casting.raycast_pixels(scene.in_memory("the oracle"), size, pixels, tell)
+    if scene.added:
+        scene = all_in_parts(scene)
     complete = _settled(scene.completed(size))
     kind = _Joined if scene.mode in NUMBER_MODES else _Composited
     return _in_parts(complete, size, pixels, kind(complete, size, pixels), tell)
@@ -115,34 +114,24 @@ def _in_parts(
     picture: _Picture,
     tell: Callable[[float], None],
 ) -> Numbers:
-    """Return the pixels of a picture that is made of the regions of a large volume."""
-    volume = complete.volume
-    assert isinstance(volume, LargeVolume)
-    reach = complete.gradient.reach if complete.needs_gradient else 0
-    margin = np.full(3, 1.0 + reach)
-    regions = regions_of(volume.dimensions, min(_REGION, most_samples_of(volume)))
-    shown = regions_that_show(complete, size, volume, regions, margin, np.zeros(3))
-    at = {region.position: region for region in shown}
-    finest = [brick_of(region, volume.levels[0], 0, volume.dimensions, margin) for region in shown]
-    cache = SampleCache(volume, volume.memory // 2)
-    cache.need([needed_chunks(complete, volume, level, np.zeros(3)) for level in range(len(volume.levels))])
+    """Return the pixels of a picture that is made of the regions of large volumes."""
+    regions = regions_of_oracle(complete, size)
+    frame, aside = regions.frame, _ASIDE if complete.mode == "isosurface" else 0.0
     number = np.full((size[1], size[0]), -1)
     number[pixels[:, 1], pixels[:, 0]] = np.arange(len(pixels))
     try:
-        for done, brick in enumerate(bricks.visibility_order(finest, volume, complete.camera)):
-            tell(done / len(finest))
-            region = at[brick.position]
-            box = region.box(volume.dimensions) + _ASIDE * np.array([[0.0], [1.0]]) / volume.dimensions
-            where, mask = pixels_of(volume, complete.camera, size, np.clip(box, 0, 1))
+        for done, region in enumerate(regions.order):
+            tell(done / len(regions.order))
+            box = region.box(frame.dimensions) + _ASIDE * np.array([[0.0], [1.0]]) / frame.dimensions
+            where, mask = pixels_of(frame, complete.camera, size, np.clip(box, 0, 1))
             passing = number[where][mask]
             passing = picture.open_among(passing[passing >= 0])
             if not passing.size:
                 continue
-            part = cache.part(0, brick.stored_first, brick.stored_last)
-            planes = complete.clip + _faces(volume, region, _ASIDE if complete.mode == "isosurface" else 0.0)
-            picture.add(replace(complete, volume=part, clip=planes, background=(0.0, 0.0, 0.0)), passing)
+            planes = complete.clip + _faces(frame, region, aside)
+            picture.add(replace(regions.scene_of(region), clip=planes, background=(0.0, 0.0, 0.0)), passing)
     finally:
-        cache.close()
+        regions.close()
     return picture.finished()
 
 
@@ -234,8 +223,10 @@ class _Nearest:
 
 
 def is_in_parts(scene: Scene) -> bool:
-    """True if the oracle can integrate the scene's volume region by region."""
-    if not isinstance(scene.volume, LargeVolume) or (scene.cutting.caps and scene.mode == "composite"):
+    """True if the oracle can integrate the scene region by region."""
+    if not any(isinstance(volume, LargeVolume) for volume in scene.volumes):
+        return False
+    if scene.cutting.caps and scene.mode == "composite":
         return False
     return reason_for_memory(scene) is None
 
@@ -244,10 +235,11 @@ def _settled(scene: CompleteScene) -> CompleteScene:
     """Return the scene with light and depth cue that do not depend on the volume that is put in its place."""
     if scene.mode in NUMBER_MODES:
         return scene
-    scene = with_settled_light(scene)
+    if not scene.added:  # of several volumes each has a fade of its own
+        scene = with_settled_light(scene)
     if scene.depth_cue is None:
         return scene
-    near, far = scene.depth_cue.range_for(scene.volume, scene.camera)
+    near, far = scene.depth_cue.range_for(scene.box, scene.camera)
     return replace(scene, depth_cue=replace(scene.depth_cue, near=near, far=far))
 
 

@@ -42,7 +42,7 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
     reason = reason_for_memory(scene, texture_refinement)
     if reason is not None:
         return scene.in_memory(reason)
-    return _all_in_parts(scene) if scene.added else scene
+    return all_in_parts(scene) if scene.added else scene
 
 
 def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
@@ -73,7 +73,7 @@ def fits(scene: Scene) -> bool:
     return needed <= min((volume.memory for volume in large), default=needed)
 
 
-def _all_in_parts(scene: Scene) -> Scene:
+def all_in_parts(scene: Scene) -> Scene:
     """Return the scene with every volume as a large one, the same object every time."""
     known: Scene | None = scene.__dict__.get("_all_in_parts")
     if known is None:
