@@ -15,11 +15,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.streaming.levels import levels_beside
+from texvol.rendering.streaming.visibility import regions_that_show
 from texvol.scene.camera import Camera
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene
 from texvol.scene.volume import Volume
 from texvol.slicing.bricks import BEYOND
+from texvol.slicing.common_regions import common_regions
 from texvol.slicing.regions import regions_of_level
 
 Numbers = NDArray[np.float64]
@@ -88,7 +91,7 @@ def blocks_of(scene: CompleteScene, size: tuple[int, int], count: int, level: in
     A cell counts if the transfer function shows anything in it, and if its middle is on the screen. Volumes in stores
     are cut between the regions in which they are drawn from a level, and so into no more blocks than these.
     """
-    edges, work = _cells(scene, level)
+    edges, work = _cells_of_several(scene, size, level) if _are_stored(scene) else _cells(scene, level)
     work = np.where(_on_screen(scene, size, edges), work, 0.0)
     work = work + _IDLE * max(float(work.max()), 1.0) / max(work.size, 1) ** 0.5
     lengths = np.linalg.norm(scene.volume.box_edges, axis=0)
@@ -149,6 +152,31 @@ def _cells(scene: CompleteScene, level: int) -> tuple[list[Numbers], Numbers]:
     steps = [max(min(_CELL, -(-n // _FEWEST)), 1) for n in volume.dimensions]
     edges = [np.append(np.arange(0, n, step), n) / n for n, step in zip(volume.dimensions, steps, strict=True)]
     return edges, _shown(scene, edges)
+
+
+def _are_stored(scene: CompleteScene) -> bool:
+    """True if several volumes are drawn in regions that they have in common."""
+    return bool(scene.added) and isinstance(scene.volume, LargeVolume)
+
+
+def _cells_of_several(scene: CompleteScene, size: tuple[int, int], level: int) -> tuple[list[Numbers], Numbers]:
+    """Return `_cells` of several large volumes: regions that they have in common, and the samples that show there."""
+    volumes = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    common = common_regions(volumes, levels_beside(volumes, level), [np.ones(3)] * len(volumes))
+    frame, first = common.frame, scene.volume
+    last = [np.unique([region.last[axis] for region in common.regions]) for axis in range(3)]
+    work = np.zeros([len(each) for each in reversed(last)])
+    for alone, volume, own in zip(scene.each_alone(), volumes, common.own, strict=True):
+        for region in regions_that_show(alone, size, volume, list(own.values()), np.ones(3), np.zeros(3)):
+            work[region.position[::-1]] += np.prod(np.subtract(region.last, region.first), dtype=float)
+    # Both boxes have the same axes.
+    lengths = [np.linalg.norm(each.box_edges, axis=0) for each in (frame, first)]
+    aside = first.index_from_world @ (frame.centre - first.centre) / np.array(first.dimensions)
+    ratio = lengths[0] / lengths[1]
+    edges = [
+        0.5 + aside[axis] + (np.append(0, last[axis]) / frame.dimensions[axis] - 0.5) * ratio[axis] for axis in range(3)
+    ]
+    return edges, work
 
 
 def _shown(scene: CompleteScene, edges: list[Numbers]) -> Numbers:

@@ -224,13 +224,14 @@ def _unpacker() -> Unpacker:
 
 
 def with_memory(scene: SceneOfAnyKind, memory: int | None) -> SceneOfAnyKind:
-    """Return the scene whose large volume holds at most so many bytes of samples.
+    """Return the scene whose large volumes hold at most so many bytes of samples.
 
-    It is cut into the same regions as in one process, as far as there is room for them: texels of other regions would
-    be rounded in another way.
+    They are cut into the same regions as in one process, as far as there is room for them: texels of other regions
+    would be rounded in another way.
     """
-    volume = scene.volume
-    if memory is not None and isinstance(volume, LargeVolume):
+    for volume in scene.volumes:
+        if memory is None or not isinstance(volume, LargeVolume):
+            continue
         if volume.cut_for is None:
             volume.cut_for = min(volume.memory, _MOST_SHARED * memory)
         volume.memory = min(volume.memory, memory)

@@ -1,4 +1,4 @@
-"""Plan of a picture of a large volume: what would be read, drawn and needed.
+"""Plan of a picture of large volumes: what would be read, drawn and needed.
 
 No part of it is read for that, but for a small level that predicts errors where one is asked for.
 """
@@ -13,13 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings, checked, numbers_asked_for
-from texvol.rendering.streaming.kinds import reason_for_memory
-from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels
+from texvol.rendering.streaming.kinds import all_in_parts, reason_for_memory
+from texvol.rendering.streaming.levels import LevelsAskedFor, levels_beside, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.scene.large_volume import LargeVolume, Level
 from texvol.scene.picture_size import AnySize, checked_size
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.slicing.regions import regions_of_level
+from texvol.slicing.bricks import Triple
+from texvol.slicing.common_regions import common_regions
+from texvol.slicing.regions import Region, regions_of_level
 from texvol.slicing.slabs import slab_stacks
 from texvol.util.errors import InputError
 from texvol.util.numbers import AnyNumber
@@ -75,15 +77,17 @@ def plan(
     level: int | str = "auto",
     level_error: AnyNumber | None = None,
 ) -> Plan:
-    """Return what `Renderer.render` with the same arguments would read, draw and need of a LargeVolume.
+    """Return what `Renderer.render` with the same arguments would read, draw and need of large volumes.
 
     Raises
     ------
     InputError
-        If the scene is not of one large volume that can be drawn part by part, or an argument is out of range.
+        If the scene is not of large volumes that can be drawn part by part, or an argument is out of range.
     """
-    if (reason := reason_for_memory(scene)) is not None or not isinstance(scene.volume, LargeVolume):
+    is_large = any(isinstance(volume, LargeVolume) for volume in scene.volumes)
+    if (reason := reason_for_memory(scene)) is not None or not is_large:
         raise InputError(f"plan: needs a volume in a store that is drawn part by part, got {reason or 'one in memory'}")
+    scene = all_in_parts(scene) if scene.added else scene
     size = checked_size(size)
     complete = scene.classified_as("post").completed(size) if scene.classification == "auto" else scene.completed(size)
     rates = numbers_asked_for(slab_thickness=slab_thickness, sampling_rate=sampling_rate, max_error=max_error)
@@ -95,19 +99,70 @@ def plan(
 
 
 def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) -> Plan:
-    volume = scene.volume
-    assert isinstance(volume, LargeVolume)
     known = np.isfinite(settings.slab_thickness)  # NaN where an error decides: they are hardly ever thicker than this
-    thickness = settings.slab_thickness if known else volume.smallest_spacing
-    picture = RegionsOfPicture(scene, size, replace(settings, slab_thickness=thickness), volume)
-    regions = regions_of_level(volume, settings.level)
-    order, drawn = picture.in_order(regions)
-    levels = [picture.level(region) for region in order]
+    thickness = settings.slab_thickness if known else scene.smallest_spacing
+    regions, empty, of_each = _regions_of_each(scene, size, replace(settings, slab_thickness=thickness))
+    each = [_reading_of(picture, shown) for picture, shown in of_each]
+    volumes = [picture.volume for picture, _ in of_each]
+    return Plan(
+        size,
+        slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count if known else None,
+        regions,
+        dict(sum((reading.levels for reading in each), Counter[int]())),
+        empty,
+        sum(reading.chunks for reading in each),
+        sum(reading.chunks_total for reading in each),
+        sum(reading.bytes for reading in each),
+        sum(volume.levels[0].bytes for volume in volumes),
+        min(volume.memory for volume in volumes),
+        sum(reading.least for reading in each),
+        of_each[0][0].levels.moved,
+    )
+
+
+def _regions_of_each(
+    scene: CompleteScene, size: tuple[int, int], settings: Settings
+) -> tuple[int, int, list[tuple[RegionsOfPicture, list[Region]]]]:
+    """Return the number of regions, how many show nothing, and those that each volume is read in."""
+    volumes = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    if not scene.added:
+        picture = RegionsOfPicture(scene, size, settings, volumes[0])
+        regions = regions_of_level(volumes[0], settings.level)
+        order, drawn = picture.in_order(regions)
+        return len(regions), drawn.empty, [(picture, order)]
+    levels = levels_beside(volumes, settings.level)
+    pictures = [
+        RegionsOfPicture(alone, size, replace(settings, level=level), volume, alone=False)
+        for alone, volume, level in zip(scene.each_alone(), volumes, levels, strict=True)
+    ]
+    common = common_regions(volumes, levels, [picture.margin for picture in pictures])
+    shown: set[Triple] = set()
+    for picture, own in zip(pictures, common.own, strict=True):
+        picture.show(list(own.values()))
+        shown.update(region.position for region in picture.shown)
+    return len(common.regions), len(common.regions) - len(shown), [(picture, picture.shown) for picture in pictures]
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What is read of a volume at most: regions of each level, chunks of all levels, bytes of their samples."""
+
+    levels: Counter[int]
+    chunks: int
+    chunks_total: int  # of level 0
+    bytes: int
+    least: int  # bytes of memory that one region takes
+
+
+def _reading_of(picture: RegionsOfPicture, regions: list[Region]) -> _Reading:
+    volume = picture.volume
     numbered = list(enumerate(volume.levels))
     needed = [picture.needed(number) for number, _ in numbered]
     chunks = [np.zeros(-(-np.array(level.source.shape) // level.source.chunk_shape), np.bool_) for _, level in numbered]
-    least = 0
-    for region, number in zip(order, levels, strict=True):
+    least, levels = 0, Counter[int]()
+    for region in regions:
+        number = picture.level(region)
+        levels[number] += 1
         brick, own = picture.brick(region, number), volume.levels[number]
         ends = zip(brick.stored_first[::-1], brick.stored_last[::-1], own.source.chunk_shape, strict=True)
         where = tuple(slice(a // n, -(-b // n)) for a, b, n in ends)
@@ -118,22 +173,9 @@ def _plan_of(scene: CompleteScene, size: tuple[int, int], settings: Settings) ->
         of_part = np.prod(np.array(brick.stored_last) - brick.stored_first)
         least = max(least, int(in_chunks + of_part) * volume.dtype.itemsize)
     read = [each if matters is None else each & matters for each, matters in zip(chunks, needed, strict=True)]
-    counts = [int(each.sum()) for each in read]
     samples = sum(_samples_of(each, level) for each, (_, level) in zip(read, numbered, strict=True))
-    return Plan(
-        size,
-        slab_stacks(scene.box, scene.camera, settings.slab_thickness, size).slab_count if known else None,
-        len(regions),
-        dict(Counter(levels)),
-        drawn.empty,
-        sum(counts),
-        chunks[0].size,
-        samples * volume.dtype.itemsize,
-        volume.levels[0].bytes,
-        volume.memory,
-        least,
-        drawn.moved,
-    )
+    count = sum(int(each.sum()) for each in read)
+    return _Reading(levels, count, chunks[0].size, samples * volume.dtype.itemsize, least)
 
 
 def in_bytes(count: float) -> str:

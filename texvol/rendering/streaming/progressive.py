@@ -1,4 +1,4 @@
-"""Pictures of a large volume from coarse to fine: a first one from a coarse level, and finer ones in its place."""
+"""Pictures of large volumes from coarse to fine: a first one from a coarse level, and finer ones in its place."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def render_progressively(
     """Yield pictures of a scene from coarse to fine, the last of them that of `Renderer.render`.
 
     How much a picture moves from one to the next is about how far the former was off: levels halve in resolution. A
-    scene that is not of one large volume has one picture.
+    scene that is not of large volumes has one picture.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def coarse_pictures(
 def coarse_levels(scene: Scene, size: tuple[int, int], accuracy: dict[str, Any]) -> list[int]:
     """Return the levels of the pictures before the last, coarsest first."""
     volume = scene.volume
-    if not isinstance(volume, LargeVolume) or reason_for_memory(scene, accuracy.get("texture_refinement")):
+    if reason_for_memory(scene, accuracy.get("texture_refinement")) or not isinstance(volume, LargeVolume):
         return []
     asked = 0 if accuracy.get("max_error") is not None else accuracy.get("level", "auto")
     last = settled_level(scene.completed(size), size, asked, accuracy.get("slab_thickness"))
