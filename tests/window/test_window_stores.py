@@ -16,6 +16,7 @@ from support.stores import write_ome
 from texvol import Renderer, Scene, TransferFunction, Volume
 from texvol.rendering.streaming import progressive
 from texvol.scene.display import found_window
+from texvol.scene.gradient import Estimator
 from texvol.scene.large_volume import LargeVolume
 from texvol.window.document import opened_file
 from texvol.window.jobs import Answer, Job, Showing
@@ -64,7 +65,9 @@ def test_only_what_can_be_drawn_in_parts_comes_from_the_store_at_rest() -> None:
     assert isinstance(scene.volume, StandIn) and isinstance(at_rest(scene).volume, LargeVolume)
     assert isinstance(at_rest(replace(scene, mode="mip")).volume, LargeVolume)
     surface = replace(scene, mode="isosurface", isovalue=0.5)
-    assert at_rest(surface) is surface
+    assert isinstance(at_rest(surface).volume, LargeVolume)
+    adaptive = replace(surface, gradient=Estimator("adaptive"))
+    assert at_rest(adaptive) is adaptive
 
 
 def test_numbers_have_one_window_in_motion_and_at_rest() -> None:

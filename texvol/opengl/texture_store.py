@@ -73,7 +73,7 @@ class Stopwatch:
 
     @contextmanager
     def timed_textures(self) -> Iterator[None]:
-        """Add the time that is spent inside to "bake", but for that which counts so there."""
+        """Add to "bake" the time that is spent inside, without that of "bake" and "upload" there."""
         start, spent = time.perf_counter(), self.of_textures()
         yield
         rest = time.perf_counter() - start - (self.of_textures() - spent)

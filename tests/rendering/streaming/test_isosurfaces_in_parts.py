@@ -16,6 +16,7 @@ from texvol import Camera, ClipPlane, DepthCue, Lighting, Renderer, Scene, Volum
 from texvol.ray_casting.projection import isosurface_depth
 from texvol.rendering.checking import chosen_pixels
 from texvol.rendering.streaming import exact, kinds
+from texvol.rendering.streaming.chunk_grid import ChunkGrid
 from texvol.scene.gradient import Estimator
 from texvol.scene.isosurfaces import Isosurface
 from texvol.scene.large_volume import LargeVolume, Level
@@ -228,6 +229,39 @@ def test_coarser_regions_farther_off_show_their_surfaces(renderer: Renderer) -> 
     drawn = renderer.render(replace(scene, volume=large(volume, chunk=8)[0]), (24, 20))
     assert set(quick_stats(renderer)["parts"]["levels"]) > {"0"}
     assert_array_equal(drawn[..., 3], renderer.render(scene, (24, 20))[..., 3])
+
+
+@pytest.mark.parametrize("statistics", [True, False])
+def test_coarse_samples_have_surfaces_beyond_the_chunks_that_they_come_from(
+    renderer: Renderer, statistics: bool
+) -> None:
+    """A plate ends in a chunk of four samples; of means of eight its surface lies in the next region but one chunk."""
+    values = np.full((96, 96, 96), 100, np.uint8)
+    values[:, :, 12:25] = 250  # of the mean of the samples 24 … 31, at 27.5, an eighth; regions end at 31.5
+    volume = Volume(values)
+    stored, sources = large(volume, chunk=4, levels=4)
+    levels = [each if statistics or not number else replace(each, statistics=None)
+              for number, each in enumerate(stored.levels)]  # fmt: skip
+    stored = of_levels(levels, volume)
+    # 60 is the value of no sample: it shows where 0 stands for a chunk that is not read.
+    surfaces = Isosurface(103, (1, 0.5, 0.2), 0.5), Isosurface(60, (0.1, 0.5, 1), 0.5)
+    scene = surface_of(volume, "orthographic", isosurfaces=surfaces)
+    how: dict[str, Any] = {"slab_thickness": 0.5}
+    drawn = renderer.render(replace(scene, volume=stored), (12, 10), level=0, coarser_by_pixels=True, **how)
+    assert set(quick_stats(renderer)["parts"]["levels"]) == {"3"}
+    coarse = Volume(sources[3].array, (8.0, 8.0, 8.0), (3.5, 3.5, 3.5))
+    expected = renderer.render(replace(scene, volume=coarse), (12, 10), texture_format="rgba32f", **how)
+    assert 0 < expected[..., 3].mean() < 0.9
+    assert_allclose(drawn, expected, atol=ROUNDING)
+
+
+def test_chunks_whose_samples_are_all_missing_stay_so() -> None:
+    values = np.full((8, 8, 8), 200, np.float32)
+    values[:4, :4, :4] = np.nan
+    with pytest.warns(RuntimeWarning, match="Degrees of freedom"):  # the variance of nothing
+        stored, _ = large(Volume(values), chunk=4, levels=1)
+    grid = ChunkGrid(stored.levels[0])
+    assert np.isnan(grid.unread((0, 0, 0)).least) and grid.unread((0, 0, 1)).least == 200
 
 
 def test_memory_is_kept_and_a_plan_counts_what_is_read(renderer: Renderer) -> None:

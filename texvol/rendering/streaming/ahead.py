@@ -147,7 +147,7 @@ def _hidden(screen: Hiding, picture: PictureOfParts, level: int, boxes: NDArray[
     """Return which chunks, boxes of samples of a level, (n, 2, 3) along x, y, z, would not change the picture."""
     own = picture.volume.levels[level]
     factor, first = np.array(own.factor), np.array(own.first)
-    reach = picture.margin + factor  # a sample is seen as far as the next one, half a slab and gradients
+    reach = picture.margin_of(level) + factor  # a sample is seen as far as the next one, half a slab and gradients
     low = first + factor * boxes[:, 0] - reach
     high = first + factor * (boxes[:, 1] - 1) + reach
     parts = (np.stack([low, high], axis=1) + 0.5) / np.array(picture.volume.dimensions)

@@ -116,7 +116,7 @@ class PictureOfParts(RegionsOfPicture):
         """All on which it depends what is opaque before a part; parts of which something is left out are of one."""
         scene, drawing = self.scene, self.drawing
         settings = self.settings
-        mode = scene.mode
+        mode: str = scene.mode
         if self.projection is not None:
             mode += f" {scene.isovalues} {self.projection.looks[:, 3].tolist()} {self.projection.depth}"
         return (
