@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 from texvol.comparison.wrong_functions import with_wrong_function
@@ -99,9 +100,10 @@ def _python_function(package: Path, mistake: Mistake) -> tuple[Path, int, int]:
     """File of the function, its first line, from 0 on, and the line behind its last."""
     module, _, name = mistake.function.rpartition(":")
     found = [
-        (path, node.lineno - 1, node.end_lineno or 0)
+        (path, first, last)
         for path in sorted(package.rglob(f"{module or '*'}.py"))
-        for node in _functions(ast.parse(path.read_text(encoding="utf-8")), name.split("."))
+        for each, first, last in _functions(path.read_text(encoding="utf-8"))
+        if each == name
     ]
     if len(found) != 1:
         places = ", ".join(str(path.relative_to(package)) for path, _, _ in found) or "none"
@@ -109,8 +111,14 @@ def _python_function(package: Path, mistake: Mistake) -> tuple[Path, int, int]:
     return found[0]
 
 
-def _functions(scope: ast.AST, names: list[str]) -> list[ast.FunctionDef | ast.ClassDef]:
-    """Functions, or classes, of a name such as Class.method."""
-    inside = [each for each in ast.iter_child_nodes(scope) if isinstance(each, ast.FunctionDef | ast.ClassDef)]
-    here = [each for each in inside if each.name == names[0]]
-    return here if len(names) == 1 else [found for each in here for found in _functions(each, names[1:])]
+@lru_cache(None)  # many mistakes are in one package, and each is looked for in all its modules
+def _functions(source: str) -> tuple[tuple[str, int, int], ...]:
+    """Names of functions and classes, such as Class.method, each with its first line, from 0 on, and the one behind."""
+    return tuple(_inside(ast.parse(source), ""))
+
+
+def _inside(scope: ast.AST, prefix: str) -> Iterator[tuple[str, int, int]]:
+    for each in ast.iter_child_nodes(scope):
+        if isinstance(each, ast.FunctionDef | ast.ClassDef):
+            yield prefix + each.name, each.lineno - 1, each.end_lineno or 0
+            yield from _inside(each, f"{prefix}{each.name}.")

@@ -29,6 +29,7 @@ from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from planted_mistake_list import MISTAKES
@@ -121,11 +122,17 @@ def arguments_of(tree: Path, tests: str) -> list[str]:
         If tests/ does not have exactly one file of a name.
     """
     words = [word.strip("'") for word in re.findall(r"'[^']*'|\S+", _VARIABLE.sub("", tests))]
-    found = {name: sorted((tree / "tests").rglob(name)) for name in words if name.endswith(".py")}
+    files = _test_files(tree)
+    found = {name: [path for path in files if path.name == name] for name in words if name.endswith(".py")}
     for name, paths in found.items():
         if len(paths) != 1:
             raise DoesNotFitError(f"tests/ must have one file {name}, found {len(paths)}")
     return [str(found[word][0].relative_to(tree)) if word in found else word for word in words]
+
+
+@cache
+def _test_files(tree: Path) -> list[Path]:
+    return sorted((tree / "tests").rglob("*.py"))
 
 
 def run_all(mistakes: list[Mistake], copies: int, *, skip_green: bool) -> list[tuple[Mistake, Outcome]]:

@@ -40,7 +40,7 @@ gc.disable()  # until all tests are collected, which leaves little garbage and a
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put tests first whose readers fork this process: that takes longer the more memory others have filled."""
-    items.sort(key=lambda item: item.path.parts[-2:-1] != ("formats",))
+    items.sort(key=lambda item: item.path.parts[-2:-1] != ("formats",) and item.path.name != "test_fuzz.py")
 
 
 def pytest_collection_finish() -> None:

@@ -38,10 +38,11 @@ CASES = [
     ("render v.npy --zoom l", []),  # a number is no file
     ("completion l", []),
 ]
-BASH = """bind 'set bell-style none'; bind 'set enable-bracketed-paste off'; source ./script
-bind -x '"\\C-x": printf "<<%s>>" "$READLINE_LINE"'"""
-ZSH = """unsetopt zle_bracketed_paste beep; autoload -Uz compinit && compinit -u -d ./dump; source ./script
-show() { print -rn -- "<<$BUFFER>>" }; zle -N show; bindkey '^X' show"""
+# Ctrl-X begins other keys of a shell, for which it would wait half a second.
+BASH = """bind 'set keyseq-timeout 1'; bind 'set bell-style none'; bind 'set enable-bracketed-paste off'
+source ./script; bind -x '"\\C-x": printf "<<%s>>" "$READLINE_LINE"'"""
+ZSH = """KEYTIMEOUT=1; unsetopt zle_bracketed_paste beep; autoload -Uz compinit && compinit -u -d ./dump
+source ./script; show() { print -rn -- "<<$BUFFER>>" }; zle -N show; bindkey '^X' show"""
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -116,28 +117,18 @@ def test_blocks_go_over_workers_where_frames_are_few(workers: Workers, renderer:
         assert_allclose(one.picture, other.picture, atol=2e-6)
 
 
-def test_what_a_worker_holds_in_blocks_only_is_drawn_in_blocks(renderer: Renderer, tmp_path: Path) -> None:
+def test_what_a_worker_holds_in_blocks_only_is_drawn_in_blocks(
+    workers: Workers, renderer: Renderer, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     volume = texvol.load(write_ome(tmp_path / "v.ome.zarr", ball(96), chunk=16), memory=4_800_000)
     scene = Scene(volume, FOG, classification="post")
     # A frame takes 3.5 MB of samples, of which each worker has room for three quarters of its memory.
-    with Workers(2, memory=2_400_000) as workers, DistributedRenderer(workers) as several:
-        found, stats = frames(several, turned(scene), level=0), several.stats
+    monkeypatch.setattr(workers, "_machine", replace(workers._machine, memory=2_400_000))
+    with DistributedRenderer(workers) as several:
+        found, stats = frames(several, turned(scene, 3), level=0, count=3), several.stats
     assert stats["divided"] == "blocks" and "whole frame takes" in stats["divided_because"]
-    for one, other in zip(found, frames(renderer, turned(scene), level=0), strict=True):
+    for one, other in zip(found, frames(renderer, turned(scene, 3), level=0, count=3), strict=True):
         assert_allclose(one.picture, other.picture, atol=2e-6)
-
-
-@pytest.mark.parametrize("count", [1, 2])
-def test_killed_workers_change_no_frame(renderer: Renderer, count: int) -> None:
-    scene = Scene(Volume(ball()), FOG, classification="post")
-    wanted = frames(renderer, turned(scene), sampling_rate=4)
-    with Workers(count) as workers, DistributedRenderer(workers) as several:
-        for number, frame in enumerate(several.frames(turned(scene), SIZE, count=COUNT, sampling_rate=4)):
-            assert_array_equal(frame.picture, wanted[number].picture)
-            if number < 2:
-                assert several._whole is not None
-                os.kill(several._whole.stats[-1]["process"], signal.SIGKILL)
-        assert several._whole is not None and len({each["process"] for each in several._whole.stats}) > 1
 
 
 def test_an_error_of_a_worker_is_that_of_one_process(workers: Workers, tmp_path: Path) -> None:
@@ -175,7 +166,7 @@ def test_the_command_writes_the_same_film(workers: Workers, tmp_path: Path, monk
 
 
 def test_ctrl_c_leaves_whole_frames_and_no_process(tmp_path: Path) -> None:
-    np.save(tmp_path / "ball.npy", ball(64))
+    np.save(tmp_path / "ball.npy", ball())
     line = [
         "render",
         "ball.npy",
@@ -184,7 +175,7 @@ def test_ctrl_c_leaves_whole_frames_and_no_process(tmp_path: Path) -> None:
         "--orbit",
         "500",
         "--size",
-        "200x160",
+        "100x80",
         "-o",
         "f%d.exr",
         "--workers",
@@ -207,3 +198,19 @@ def test_ctrl_c_leaves_whole_frames_and_no_process(tmp_path: Path) -> None:
     written = {path.name for path in tmp_path.iterdir()} - {"ball.npy"}
     assert written == {f"f{number}.exr" for number in range(len(written))} and 3 <= len(written) < 500
     assert all(read_picture(tmp_path / name).pixels.any() for name in written)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_killed_workers_change_no_frame(renderer: Renderer, request: pytest.FixtureRequest, count: int) -> None:
+    """The only worker, and both of two: those of this module, in whose last test others come in their place."""
+    scene = Scene(Volume(ball()), FOG, classification="post")
+    wanted = frames(renderer, turned(scene), sampling_rate=4)
+    with ExitStack() as stack:
+        workers = request.getfixturevalue("workers") if count == 2 else stack.enter_context(Workers(count))
+        several = stack.enter_context(DistributedRenderer(workers))
+        for number, frame in enumerate(several.frames(turned(scene), SIZE, count=COUNT, sampling_rate=4)):
+            assert_array_equal(frame.picture, wanted[number].picture)
+            if number < 2:
+                assert several._whole is not None
+                os.kill(several._whole.stats[-1]["process"], signal.SIGKILL)
+        assert several._whole is not None and len({each["process"] for each in several._whole.stats}) > 1

@@ -7,6 +7,7 @@ import os
 import signal
 import threading
 import time
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -53,15 +54,26 @@ def scenes() -> dict[str, dict[str, Any]]:
     return kinds | lit | further
 
 
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-@pytest.mark.parametrize("kind", list(scenes()))
-def test_pictures_are_those_of_one_process(workers: Workers, renderer: Renderer, kind: str, projection: str) -> None:
+def with_projections() -> list[tuple[str, str]]:
+    """Each kind with one projection: neighbours with different ones, and so a classification with light and without."""
+    projections = ("orthographic", "perspective")
+    return [(kind, projections[(at + at // 4) % 2]) for at, kind in enumerate(scenes())]
+
+
+@pytest.fixture(scope="module")
+def in_five(workers: Workers) -> Iterator[DistributedRenderer]:
+    with DistributedRenderer(workers, blocks=5) as several:
+        yield several
+
+
+@pytest.mark.parametrize(("kind", "projection"), with_projections())
+def test_pictures_are_those_of_one_process(
+    in_five: DistributedRenderer, renderer: Renderer, kind: str, projection: str
+) -> None:
     scene = Scene(VOLUME, FOG, **scenes()[kind])
     camera = replace(scene.completed(SIZE).camera, projection=projection)
     scene = replace(scene, camera=camera)
-    with DistributedRenderer(workers, blocks=5) as several:
-        found = several.render(scene, SIZE)
-        stats = several.stats
+    found, stats = in_five.render(scene, SIZE), in_five.stats
     assert_allclose(found, renderer.render(scene, SIZE), atol=2e-6)
     one = kind == "mip"
     assert len(stats["blocks"]) == (1 if one else 5) and stats["one_block_because"] == ("mode mip" if one else None)
@@ -108,21 +120,6 @@ def test_exact_pictures_are_those_of_one_process(workers: Workers) -> None:
     assert told[-1] == 1.0 and told == sorted(told)
 
 
-def test_a_killed_worker_changes_nothing(renderer: Renderer) -> None:
-    scene = Scene(VOLUME, FOG, classification="post")
-    wanted = renderer.render(scene, SIZE, sampling_rate=8)
-    with Workers(2) as workers, DistributedRenderer(workers, blocks=6) as several:
-        several.render(scene, SIZE)
-        victim = several.stats["blocks"][0]["process"]
-        killed = threading.Timer(0.05, os.kill, (victim, signal.SIGKILL))
-        killed.start()
-        deadline = time.monotonic() + 60
-        while killed.is_alive() and time.monotonic() < deadline:
-            assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
-        assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
-        assert victim not in {block["process"] for block in several.stats["blocks"]}
-
-
 def test_what_only_a_killed_worker_had_is_sent_again(renderer: Renderer) -> None:
     scene = Scene(VOLUME, FOG, classification="post")
     with Workers(1) as workers, DistributedRenderer(workers) as several:
@@ -166,16 +163,43 @@ def test_arguments_out_of_range() -> None:
         Workers(address="tls://127.0.0.1:1", tls_ca="ca.pem")
 
 
-def test_the_command_draws_by_workers(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_draws_by_workers(
+    workers: Workers, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By workers that are there: that a command starts its own is held by the test of ctrl-C and by the pages."""
+    asked: list[int] = []
+
+    def there(count: int, **_: Any) -> Workers:
+        asked.append(count)
+        return workers
+
+    monkeypatch.setattr("texvol.distributed.workers.Workers", there)
+    monkeypatch.setattr(workers, "close", lambda: None)
     np.save(tmp_path / "ball.npy", ball())
     line = ["render", str(tmp_path / "ball.npy"), "--tf", "fog", "--size", "40x32", "--classification", "post"]
     assert main([*line, "-o", str(tmp_path / "one.exr")]) == 0
     stats = tmp_path / "stats.json"
     assert main([*line, "-o", str(tmp_path / "two.exr"), "--workers", "2", "--stats", str(stats)]) == 0
     assert main(["diff", str(tmp_path / "two.exr"), str(tmp_path / "one.exr"), "--max-abs", "2e-6"]) == 0
-    assert len(json.loads(stats.read_text())["blocks"]) == 2
+    assert len(json.loads(stats.read_text())["blocks"]) == 2 and asked == [2]
     capsys.readouterr()
     assert main([*line, "-o", str(tmp_path / "x.exr"), "--tls-ca", "a.pem"]) == 2
     assert "--dask" in capsys.readouterr().err
     assert main(["raycast", *line[1:], "-o", str(tmp_path / "x.exr"), "--workers", "2", "--progressive"]) == 2
     assert "--progressive" in capsys.readouterr().err
+
+
+def test_a_killed_worker_changes_nothing(workers: Workers, renderer: Renderer) -> None:
+    """The last test of this module: another worker comes in place of the killed one, but only after a while."""
+    scene = Scene(VOLUME, FOG, classification="post")
+    wanted = renderer.render(scene, SIZE, sampling_rate=8)
+    with DistributedRenderer(workers, blocks=6) as several:
+        several.render(scene, SIZE)
+        victim = several.stats["blocks"][0]["process"]
+        killed = threading.Timer(0.05, os.kill, (victim, signal.SIGKILL))
+        killed.start()
+        deadline = time.monotonic() + 60
+        while killed.is_alive() and time.monotonic() < deadline:
+            assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
+        assert_allclose(several.render(scene, SIZE, sampling_rate=8), wanted, atol=2e-6)
+        assert victim not in {block["process"] for block in several.stats["blocks"]}

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
+import runpy
 import sys
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from support.picture_project import leave_ci
 
 import texvol
 from texvol.__main__ import main as texvol_main
+from texvol.distributed.workers import Workers
 from texvol.formats.pictures import image
 from texvol.report.convergence import Limits
 from texvol.scene.demo import demo_volume
@@ -42,9 +44,9 @@ RUN = [page for page in PAGES if any(each.language in ("sh", "python") for each 
 def volumes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with the example volumes, a sixth as fine along each axis as the pictures of the pages are made from."""
     folder = tmp_path_factory.mktemp("volumes")
-    script = REPOSITORY / "scripts" / "example_volumes.py"
-    environment = os.environ | {"PYTHONPATH": str(REPOSITORY)}
-    subprocess.run([sys.executable, script, "-o", folder, "--spacing", "12"], check=True, env=environment)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(REPOSITORY / "scripts"))  # the script imports its neighbours
+        runpy.run_path(str(REPOSITORY / "scripts/example_volumes.py"))["write_volumes"](folder, 12.0)
     return folder
 
 
@@ -57,10 +59,32 @@ def loaded() -> None:
 
 
 @pytest.fixture
+def shared_workers(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Commands of a page that draw by workers draw by those that the first of them starts."""
+    start, started = Workers, []
+
+    def once(*count: int, **how: Any) -> Workers:
+        if not started:
+            started.append(start(*count, **how))
+            monkeypatch.setattr(started[0], "close", lambda: None)
+        return started[0]
+
+    monkeypatch.setattr("texvol.distributed.workers.Workers", once)
+    yield
+    for each in started:
+        start.close(each)
+
+
+@pytest.fixture
 def workplace(
-    page: str, volumes: Path, loaded: None, request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch
+    page: str,
+    volumes: Path,
+    loaded: None,
+    shared_workers: None,
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> Path:
-    """The current folder of a page's commands, with the volumes in it; pictures are small, and a report's are empty."""
+    """The current folder of a page's commands, with the volumes in it; pictures are small, and a report is short."""
     shell = (block.commands for block in blocks(page) if block.language == "sh")
     runs_pytest = any(words[0] == "pytest" for commands in shell for words in commands)
     folder = request.getfixturevalue("pytester").path if runs_pytest else request.getfixturevalue("tmp_path")
@@ -68,6 +92,9 @@ def workplace(
         (folder / path.name).symlink_to(path)
     leave_ci(monkeypatch)
     monkeypatch.setattr("texvol.options.scene_options.DEFAULT_SIZE", (48, 48))
+    monkeypatch.setattr("texvol.scene.demo.demo_volume", partial(demo_volume, 24))
+    monkeypatch.setattr("texvol.report.measuring.QUICK_RATES", (1.0,))
+    monkeypatch.setattr("texvol.report.vtk_mappers.MAPPERS", ())
     monkeypatch.setattr("texvol.report.measuring._limits", lambda quick: Limits(least_frames=1, frames_seconds=0))
     monkeypatch.setattr("texvol.report.plot.pareto_plot", lambda *_: image.encoded("a.png", np.zeros((1, 1, 4), "f4")))
     monkeypatch.chdir(folder)

@@ -9,11 +9,17 @@ from pathlib import Path
 
 import pytest
 from support.installed_wheel import installed, wheel  # noqa: F401 (fixtures)
+from support.picture_project import UNUSED
 
 TESTS = """
+from dataclasses import replace
+
 import numpy as np
 import texvol
-from texvol.scene.demo import demo_scene
+from texvol.scene import demo
+
+def demo_scene():
+    return replace(demo.demo_scene(), volume=demo.demo_volume(12))
 
 def waves(shift=0.0):
     y, x = np.mgrid[:24, :32]
@@ -51,7 +57,7 @@ def run(python: Path, project: Path, *arguments: str) -> subprocess.CompletedPro
     environment = {name: text for name, text in os.environ.items() if not name.startswith("PYT") and name not in kept}
     # The oracle's kernels take 10 s to compile; without numba's compiler they are plain Python.
     return subprocess.run(
-        [python, "-m", "pytest", "-p", "no:hypothesispytest", *arguments],
+        [python, "-m", "pytest", *UNUSED.split(), *arguments],
         cwd=project,
         env=environment | {"NUMBA_DISABLE_JIT": "1"},
         capture_output=True,
@@ -62,14 +68,14 @@ def run(python: Path, project: Path, *arguments: str) -> subprocess.CompletedPro
 
 
 def test_a_fresh_project_goes_from_new_to_same_to_different(python: Path, project: Path) -> None:
-    """In several processes, and in one."""
-    update = run(python, project, "--texvol-update", "-n", "2")
+    """In one process, which compiles the modules of the wheel, and in several."""
+    update = run(python, project, "--texvol-update")
     assert update.returncode == 0, update.stdout
     assert {path.name for path in (project / "tests/references").iterdir()} == {"waves.exr", "demo.exr"}
     new = "\ndef test_new(check_picture):\n    check_picture(waves(), 'new')\n"
     tests = project / "tests/test_pictures.py"
     tests.write_text(TESTS.replace("waves()", "waves(0.5)") + new)
-    changed = run(python, project, "--texvol-report", "report")
+    changed = run(python, project, "--texvol-report", "report", "-n", "2")
     assert changed.returncode == 1 and "picture 'waves' is different" in changed.stdout
     assert "pytest --texvol-update tests/test_pictures.py::test_new" in changed.stdout
     report = json.loads((project / "report/report.json").read_text("utf-8"))

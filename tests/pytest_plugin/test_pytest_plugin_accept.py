@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,21 @@ from texvol.comparison.pictures import read_picture
 pytest_plugins = ("pytester", "support.picture_project")
 
 
+@pytest.fixture(scope="module")
+def first(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first project of `reported`, as it was made; empty before."""
+    return tmp_path_factory.mktemp("first")
+
+
 @pytest.fixture
-def reported(project: Project) -> Project:
-    """A project with a report of pictures of every status."""
-    suite(project)
-    project.run("--texvol-report", "report")
+def reported(project: Project, first: Path) -> Project:
+    """A project with a report of pictures of every status; but for the first it is a copy."""
+    if any(first.iterdir()):
+        shutil.copytree(first, project.folder, dirs_exist_ok=True)
+    else:
+        suite(project)
+        project.run("--texvol-report", "report")
+        shutil.copytree(project.folder, first, dirs_exist_ok=True)
     return project
 
 

@@ -24,7 +24,7 @@ from support.scenes import BONE, smooth_volume
 from texvol.__main__ import main
 from texvol.comparison import Difference
 from texvol.formats.pictures import image
-from texvol.report import check_folder, measuring, words
+from texvol.report import check_folder, measuring, plot, words
 from texvol.report.convergence import Asked, ErrorOf, Limits, Measurement, Setting, discretisation_max, total_max
 from texvol.report.error_pictures import decades, false_color
 from texvol.util.installation import install_command
@@ -34,13 +34,21 @@ FILES = {"report.html", "report.csv", "report.md", "pareto-max.png", "pareto-rms
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a volume and a quick report on it, `out`: one frame of each setting."""
+    """A folder with a volume and a quick report on it, `out`: one frame of each setting, and fewer rates.
+
+    Each plot is drawn in one theme, each theme once: they take most of the time.
+    """
     position = tmp_path_factory.mktemp("report")
     np.save(position / "<wavy & sharp>.npy", smooth_volume(20).values)
     (position / "tf.json").write_text(json.dumps(BONE.as_json()))
     scene = ["--tf", str(position / "tf.json"), "--size", "64x48", "--background", "0.1,0.2,0.3"]
     line = ["report", str(position / "<wavy & sharp>.npy"), "-o", str(position / "out"), *scene, "--quick"]
-    with patch.object(measuring, "_limits", lambda quick: Limits(least_frames=1, frames_seconds=0)):
+    drawn, themes = plot.pareto_plot, {"max": "light", "rms": "dark"}
+    with (
+        patch.object(measuring, "_limits", lambda quick: Limits(least_frames=1, frames_seconds=0)),
+        patch.object(measuring, "QUICK_RATES", (0.5, 1.0)),
+        patch.object(plot, "pareto_plot", lambda findings, metric, _: drawn(findings, metric, themes[metric])),
+    ):
         assert main(line) == 0
     return position
 
@@ -274,7 +282,7 @@ def test_a_missing_library_is_named(
 
 def test_interrupted_it_leaves_nothing(folder: Path) -> None:
     line = [sys.executable, "-m", "texvol", "report", str(folder / "<wavy & sharp>.npy"), "-o", str(folder / "stopped")]
-    process = subprocess.Popen([*line, "--size", "48x36"], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([*line, "--size", "24x18"], stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
     for text in process.stderr:
         if "1/" in text:

@@ -20,7 +20,7 @@ from texvol.methods import METHODS, draw
 from texvol.ray_casting import raycast
 from texvol.rendering.renderer import Renderer
 from texvol.report import measuring
-from texvol.report.convergence import Limits
+from texvol.report.convergence import Limits, Setting
 from texvol.report.survey.measuring import OWN, Survey, checked_names, first_refusal, survey
 from texvol.report.survey.page import pictures
 from texvol.report.survey.table import answer, groups, size_of
@@ -178,9 +178,9 @@ def test_another_mode_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[s
 
 
 def test_an_interrupted_run_leaves_nothing(tmp_path: Path) -> None:
-    np.save(tmp_path / "v.npy", smooth_volume(32).values)
+    np.save(tmp_path / "v.npy", smooth_volume(16).values)
     line = [sys.executable, "-m", "texvol", "methods", str(tmp_path / "v.npy"), "-o", str(tmp_path / "out")]
-    line += ["--size", "64x48"]
+    line += ["--size", "24x18"]
     with subprocess.Popen(line, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None
         for said in process.stderr:
@@ -204,8 +204,10 @@ def test_the_report_has_a_section_on_the_methods() -> None:
     with (
         patch.object(measuring, "_limits", lambda quick: Limits(least_frames=1, frames_seconds=0)),
         patch.object(measuring, "_METHODS_SECONDS", 0.0),
-        patch.object(measuring, "SAMPLING_RATES", (1.0,)),
+        patch.object(measuring, "settings", lambda *_: [Setting("post", 1.0)]),
         patch.object(measuring, "_ask", lambda *_: None),
+        patch.object(measuring, "trilinear_change", lambda _: 1e-7),
+        patch.object(measuring, "smooth_order", lambda _: 2.0),
         patch.object(measuring.vtk_mappers, "MAPPERS", ()),
         Renderer() as renderer,
     ):

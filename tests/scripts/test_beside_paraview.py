@@ -28,6 +28,13 @@ def _view(folder: Path, samples: int = 16, name: str = "opaque") -> beside.View:
     return beside.View(Large(folder, samples, "1GB", 1), name, folder)
 
 
+@pytest.fixture
+def small(monkeypatch: pytest.MonkeyPatch) -> tuple[int, int]:
+    """The size of the benchmark's pictures, which are a 16th of their usual ones."""
+    monkeypatch.setattr(beside, "_SIZE", (128, 128))
+    return beside._SIZE
+
+
 def test_processor_seconds_are_of_all_descendants_and_of_nobody_else() -> None:
     by_a_child = f"import subprocess, sys\nsubprocess.run([sys.executable, '-c', {_BURN!r}])"
     before = of_descendants(os.getpid())
@@ -53,6 +60,7 @@ def test_opacities_are_those_of_one_sample_and_colours_the_same(tmp_path: Path) 
     assert Path(told["values"]).read_bytes() == np.load(view.npy).tobytes()
 
 
+@pytest.mark.usefixtures("small")
 def test_the_command_draws_the_scene_of_the_warm_pictures(tmp_path: Path) -> None:
     view, exr = _view(tmp_path), tmp_path / "a.exr"
     subprocess.run(view.line(view.npy, exr, "--sampling-rate", 2), check=True)
@@ -63,9 +71,9 @@ def test_the_command_draws_the_scene_of_the_warm_pictures(tmp_path: Path) -> Non
     assert len(seconds) == 3
 
 
-def test_the_rate_that_is_as_good_is_the_smallest_within_both_errors(tmp_path: Path) -> None:
+def test_the_rate_that_is_as_good_is_the_smallest_within_both_errors(tmp_path: Path, small: tuple[int, int]) -> None:
     view = _view(tmp_path, name="translucent")
-    exact = texvol.raycast(view.scene(view.npy), (512, 512))[..., :3]
+    exact = texvol.raycast(view.scene(view.npy), small)[..., :3]
     assert beside.as_good(view, exact, (1.0, 1.0)) == beside.Texvol("npy", rate=1 / 16)
     assert beside.as_good(view, exact, (0.0, 1.0)) is None
     rms, largest = beside.differences(beside.Texvol("npy", rate=0.5).warm(view)[1], exact)

@@ -117,7 +117,7 @@ def test_averaging_takes_the_mean_of_light() -> None:
 def test_the_command_of_the_page_makes_the_picture(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, renderer: Renderer
 ) -> None:
-    entry = ENTRIES[name]
+    entry = replace(ENTRIES[name], size=(160, 120))
     monkeypatch.setattr(gallery, "chosen_entries", lambda names: [entry])
     monkeypatch.setattr("sys.argv", ["gallery.py", "-o", str(tmp_path), "--quick"])
     assert gallery.main() == 0

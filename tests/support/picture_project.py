@@ -44,9 +44,10 @@ spots: Callable[[], np.ndarray] = _NAMES["spots"]
 
 
 OF_CI = ("CI", "GITHUB_ACTIONS", "GITHUB_STEP_SUMMARY", "GITHUB_WORKSPACE")
-# Hypothesis takes a second to load, in each run anew. A test file that is written anew in the second of the last one,
-# with as many bytes, would be taken for it where that is kept compiled.
-OPTIONS = {"PYTEST_ADDOPTS": "-p no:hypothesispytest -p no:cacheprovider", "PYTHONDONTWRITEBYTECODE": "1"}
+# Hypothesis, Zarr and anyio have plugins, which take a second to load, in each run anew. A test file that is written
+# anew in the second of the last one, with as many bytes, would be taken for it where that is kept compiled.
+UNUSED = "-p no:hypothesispytest -p no:zarr -p no:anyio"
+OPTIONS = {"PYTEST_ADDOPTS": f"{UNUSED} -p no:cacheprovider", "PYTHONDONTWRITEBYTECODE": "1"}
 ALONE = {name: text for name, text in os.environ.items() if name not in OF_CI} | OPTIONS
 
 

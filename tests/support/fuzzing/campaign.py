@@ -54,17 +54,19 @@ class Inputs:
 
     def __init__(self, seed: int = 0, kinds: Sequence[str] = (), *, leaving: Sequence[str] = ()) -> None:
         self.seed = seed
-        known = seeds()
+        # Writing them takes seconds, of stores in a process of their own: those of other kinds are not made.
+        known = seeds(files=not kinds or not set(kinds) <= set(THREADED), stores=not set(leaving) >= set(THREADED))
         names = [each for each in dict.fromkeys(each.kind for each in known) if each not in leaving]
         if unknown := set(kinds) - set(names):
             raise SystemExit(f"fuzz: there is no kind {', '.join(unknown)}; there are {', '.join(names)}")
         self.kinds = tuple(kinds) or tuple(names)
         self._turns = [kind for turn in range(6) for kind in self.kinds if turn == 0 or not kind.startswith(SLOW)]
         self.sound = {kind: [each for each in known if each.kind == kind] for kind in self.kinds}
-        self._cases = [each for each in cases() if each.kind in self.kinds]
+        self._cases = [] if set(self.kinds) <= set(THREADED) else [each for each in cases() if each.kind in self.kinds]
         self._others = {kind: [*self.sound[kind][0].files.values()] for kind in self.kinds}
         self.root = ""  # where children put their files
         self._folder = ""
+        self._is_warm = False
 
     @property
     def by_hand(self) -> int:
@@ -106,9 +108,12 @@ class Inputs:
         return fuzz_readers.read(made.reader, os.path.join(folder, made.opened), made.options)
 
     def warm(self) -> None:
-        """Read every sound file, so that children have what reading them imports."""
+        """Read every sound file once, so that children have what reading them imports."""
         import OpenImageIO as oiio
 
+        if self._is_warm:
+            return
+        self._is_warm = True
         oiio.attribute("threads", 1)  # threads would not be there after a fork
         oiio.attribute("exr_threads", -1)
         with tempfile.TemporaryDirectory() as folder:

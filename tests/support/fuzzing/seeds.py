@@ -38,8 +38,8 @@ class Seed:
     text: bool = False  # all of it is tokens
 
 
-def seeds() -> list[Seed]:
-    """All seeds, those of pictures, meshes and texts included."""
+def seeds(*, files: bool = True, stores: bool = True) -> list[Seed]:
+    """All seeds, those of pictures, meshes and texts included; those of Zarr stores alone, or none of them."""
     from support.fuzzing import seeds_dicom as fuzz_seeds_dicom
     from support.fuzzing import seeds_grids as fuzz_seeds_grids
     from support.fuzzing import seeds_meshes as fuzz_seeds_meshes
@@ -48,10 +48,11 @@ def seeds() -> list[Seed]:
     from support.fuzzing import seeds_texts as fuzz_seeds_texts
     from support.fuzzing import seeds_zarr as fuzz_seeds_zarr
 
+    of_stores = fuzz_seeds_zarr.seeds
     makers = (_nrrd, _nifti, _metaimage, _tiff, _mrc, _plain, _masks)
     makers += (fuzz_seeds_dicom.seeds, fuzz_seeds_grids.seeds, fuzz_seeds_meshes.seeds)
-    makers += (fuzz_seeds_texts.seeds, fuzz_seeds_stores.seeds, fuzz_seeds_zarr.seeds, fuzz_seeds_sciences.seeds)
-    found = (seed for make in makers for seed in make())
+    makers += (fuzz_seeds_texts.seeds, fuzz_seeds_stores.seeds, of_stores, fuzz_seeds_sciences.seeds)
+    found = (seed for make in makers if (stores if make is of_stores else files) for seed in make())
     return [replace(seed, files={name: _undated(each) for name, each in seed.files.items()}) for seed in found]
 
 
