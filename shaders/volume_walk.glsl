@@ -51,6 +51,7 @@ float next_end(BoxWalk walk, float slab, float fraction) {
     if (slab == walk.first_slab && walk.first_fraction > fraction) until = walk.first_fraction;
     if (slab == walk.last_slab && walk.last_fraction > fraction) until = min(until, walk.last_fraction);
 #if FACES
+    if (slab < walk.first_slab || slab > walk.last_slab) return until;
     vec3 direction = walk.step * samples_per_edge;
     vec3 position = (walk.start + slab * walk.step) * samples_per_edge;
     vec3 from = position + (fraction + LEAST_PIECE) * direction;
