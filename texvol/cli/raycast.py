@@ -104,7 +104,7 @@ def _pictures(
             with workers:
                 yield workers.raycast(scene, size, tell), True
             return
-        if not fits(scene.volume):
+        if not fits(scene):
             yield raycast(scene, size, texture_refinement=refinement, tell=tell), True
             return
         scene = scene.in_memory("the oracle")

@@ -30,8 +30,8 @@ class BoxesOnly:
 
     def drawn_volume(self, scene: CompleteScene, size: tuple[int, int], settings: Settings) -> DrawnVolume:
         """Return the box of the volume of a scene."""
-        how = {"classification": "extinction", "lighting": None, "depth_cue": None}
-        nothing = replace(scene, volume=self._nothing, transfer_function=NO_MEDIUM, **how)
+        unlit = replace(scene, lighting=None, depth_cue=None)
+        nothing = replace(unlit, volume=self._nothing, transfer_function=NO_MEDIUM, classification="extinction")
         self._cache.prepare(nothing, size, settings, None, alone=False)
         assert self._cache.baked is not None
         skips = self._cache.empty_space.skips if settings.skips(nothing) else None

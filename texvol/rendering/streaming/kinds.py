@@ -55,7 +55,7 @@ def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None)
     reasons = {
         f"mode {scene.mode}": scene.mode != "composite" and fits(scene),
         "several volumes": bool(scene.added) and fits(scene),
-        "a mask": any(each.mask is not None for each in (scene, *scene.added)),
+        "a mask": any(mask is not None for mask in (scene.mask, *(each.mask for each in scene.added))),
         "colours of samples": any(volume.colors is not None for volume in scene.volumes),
         "meshes or lines": bool(scene.geometry),
         "a depth picture": scene.depth is not None,
