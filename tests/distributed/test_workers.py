@@ -91,6 +91,22 @@ def test_any_number_of_blocks_of_a_store(workers: Workers, renderer: Renderer, t
     assert sum(block["parts"]["regions_drawn"] for block in blocks) == quick_stats(renderer)["parts"]["regions_drawn"]
 
 
+@pytest.mark.parametrize("count", [2, 5, 16])
+def test_any_number_of_blocks_of_several_stores(
+    workers: Workers, renderer: Renderer, tmp_path: Path, count: int
+) -> None:
+    """They do not fit in memory together; each region that they have in common is drawn in one block."""
+    written = [write_ome(tmp_path / f"{n}.ome.zarr", ball(side), chunk=8) for n, side in enumerate((48, 40))]
+    volumes = [texvol.load(path, memory=600_000) for path in written]
+    scene = Scene(volumes[0], FOG, classification="post", added=(AddedVolume(volumes[1], FOG),))
+    with DistributedRenderer(workers, blocks=count) as several:
+        found = several.render(scene, SIZE)
+        blocks = several.stats["blocks"]
+    assert_allclose(found, renderer.render(scene, SIZE), atol=2e-6)
+    assert 1 < len(blocks) <= count
+    assert sum(block["parts"]["regions_drawn"] for block in blocks) == quick_stats(renderer)["parts"]["regions_drawn"]
+
+
 @pytest.mark.parametrize("mode", ["mip", "average"])
 def test_numbers_of_a_store_are_drawn_in_parts_by_one_worker(
     workers: Workers, renderer: Renderer, tmp_path: Path, mode: Any

@@ -159,12 +159,12 @@ class _Worker(Renderer):
             "process": os.getpid(),
             "renderer": self.renderer_name,
         }
-        return told | ({"parts": self._pictures.in_parts.stats} if isinstance(scene.volume, LargeVolume) else {})
+        return told | ({"parts": self._pictures.streamed(scene).stats} if isinstance(scene.volume, LargeVolume) else {})
 
     def _needed_and_room(self, scene: Scene) -> tuple[int, int]:
         """Return the bytes that the last frame took, and those that there is room for."""
         if isinstance(scene.volume, LargeVolume):
-            parts = self._pictures.in_parts.stats
+            parts = self._pictures.streamed(scene).stats
             return parts["bytes_wanted"], parts["memory"]
         return sum(each.textures.bytes_of_all for each in self._pictures.in_memory.cache.volumes), self._budget
 

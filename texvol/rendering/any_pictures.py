@@ -25,8 +25,10 @@ class AnyPictures:
 
     def of(self, scene: Scene) -> Pictures:
         """Return what draws a scene."""
-        if not isinstance(scene.volume, LargeVolume):
-            return self.in_memory
+        return self.streamed(scene) if isinstance(scene.volume, LargeVolume) else self.in_memory
+
+    def streamed(self, scene: Scene) -> StreamedPictures:
+        """Return what draws a scene of large volumes, part by part."""
         return self.of_several if scene.added else self.in_parts
 
     def draw_by(self, compositor: Compositor) -> None:
