@@ -111,7 +111,7 @@ class PicturesOfSeveral(StreamedPictures):
 
 
 class PictureOfSeveral:
-    """What the parts of a picture of several volumes have in common."""
+    """Drawing of a picture of several volumes, its regions and the pictures of each volume."""
 
     def __init__(
         self,
