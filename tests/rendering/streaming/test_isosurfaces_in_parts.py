@@ -15,7 +15,7 @@ from support.quick_stats import quick_stats
 from texvol import Camera, ClipPlane, DepthCue, Lighting, Renderer, Scene, Volume, plan, raycast
 from texvol.ray_casting.projection import isosurface_depth
 from texvol.rendering.checking import chosen_pixels
-from texvol.rendering.streaming import exact, kinds
+from texvol.rendering.streaming import exact, exact_regions, kinds
 from texvol.rendering.streaming.chunk_grid import ChunkGrid
 from texvol.scene.gradient import Estimator
 from texvol.scene.isosurfaces import Isosurface
@@ -286,7 +286,7 @@ def test_an_error_that_is_asked_for_is_kept_by_the_finest_level(renderer: Render
 
 @pytest.mark.parametrize("surfaces", [{"isovalue": 140.3}, {"isosurfaces": THREE}])
 def test_the_oracle_joins_regions(surfaces: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exact, "_REGION", 1 << 15)
+    monkeypatch.setattr(exact_regions, "_REGION", 1 << 15)
     scene = surface_of(waves(np.uint8), "perspective", depth_cue=DepthCue(), background=(0.2, 0.1, 0.3), **surfaces)
     stored, _ = large(scene.volume, chunk=8, memory=scene.volume.values.nbytes * 3 // 4)
     in_parts, pixels = replace(scene, volume=stored), chosen_pixels(SIZE, 60)
@@ -299,7 +299,7 @@ def test_the_oracle_joins_regions(surfaces: dict[str, Any], monkeypatch: pytest.
 
 @pytest.mark.parametrize("direction", [(1, 0, 0), (0, -1, 0)])
 def test_the_oracle_meets_surfaces_in_faces_once(direction: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exact, "_REGION", 1 << 12)
+    monkeypatch.setattr(exact_regions, "_REGION", 1 << 12)
     blocks = np.random.default_rng(4).integers(0, 2, (4, 4, 4)).astype(np.uint8) * 7
     volume = Volume(np.kron(blocks, np.ones((16, 16, 16), np.uint8)), (0.3, 0.7, 1.1), (0.1, 0.2, 0.3))
     scene = surface_of(volume, along(volume, *direction), isosurfaces=(Isosurface(3.5, None, 0.3),))

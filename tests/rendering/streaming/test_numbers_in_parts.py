@@ -14,7 +14,7 @@ from support.quick_stats import quick_stats
 
 from texvol import Camera, ClipPlane, Renderer, Scene, Volume, plan, raycast
 from texvol.rendering.checking import chosen_pixels
-from texvol.rendering.streaming import exact, kinds
+from texvol.rendering.streaming import exact, exact_regions, kinds
 from texvol.scene.large_volume import LargeVolume, Level
 
 SIZE = (48, 40)
@@ -247,7 +247,7 @@ def test_the_estimate_is_that_of_the_volume_in_memory(renderer: Renderer, mode: 
 
 @every_number
 def test_the_oracle_joins_regions(mode: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(exact, "_REGION", 1 << 15)
+    monkeypatch.setattr(exact_regions, "_REGION", 1 << 15)
     volume = holed()
     scene = Scene(volume, camera=camera_of(volume, "perspective"), mode=mode)
     stored, (finest, *_) = holed_store(chunk=8, memory=volume.values.nbytes // 2)
