@@ -145,7 +145,7 @@ def _regions_of_each(
 
 @dataclass(frozen=True)
 class _Reading:
-    """Counts of what is read of a volume at most: regions of each level, chunks of all levels, bytes of their samples."""
+    """Counts of what is read of a volume at most: regions of each level, chunks of all levels, bytes of samples."""
 
     levels: Counter[int]
     chunks: int
