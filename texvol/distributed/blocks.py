@@ -15,6 +15,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.rendering.streaming.kinds import large_volumes
 from texvol.rendering.streaming.levels import levels_beside
 from texvol.rendering.streaming.visibility import regions_that_show
 from texvol.scene.camera import Camera
@@ -161,7 +162,7 @@ def _are_stored(scene: CompleteScene) -> bool:
 
 def _cells_of_several(scene: CompleteScene, size: tuple[int, int], level: int) -> tuple[list[Numbers], Numbers]:
     """Return `_cells` of several large volumes: regions that they have in common, and the samples that show there."""
-    volumes = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    volumes = large_volumes(scene)
     common = common_regions(volumes, levels_beside(volumes, level), [np.ones(3)] * len(volumes))
     frame, first = common.frame, scene.volume
     last = [np.unique([region.last[axis] for region in common.regions]) for axis in range(3)]

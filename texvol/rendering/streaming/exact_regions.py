@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
+from texvol.rendering.streaming.kinds import large_volumes
 from texvol.rendering.streaming.sample_cache import SampleCache
 from texvol.rendering.streaming.visibility import needed_chunks, regions_that_show
 from texvol.scene.added_volume import AddedVolume
@@ -90,7 +91,7 @@ class _OfSeveral:
     """Regions that several volumes have in common."""
 
     def __init__(self, scene: CompleteScene, size: tuple[int, int]) -> None:
-        volumes = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+        volumes = large_volumes(scene)
         self._scene = scene
         self._parts = [_Parts(alone, share_of(volumes)) for alone in scene.each_alone()]
         margins = [parts.margin for parts in self._parts]

@@ -66,9 +66,14 @@ def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None)
     return next((reason for reason, holds in reasons.items() if holds), None)
 
 
+def large_volumes(scene: Scene) -> list[LargeVolume]:
+    """Return the large ones of a scene's volumes."""
+    return [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+
+
 def fits(scene: Scene) -> bool:
     """True if all samples of the large volumes of a scene fit in memory together."""
-    large = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    large = large_volumes(scene)
     needed = sum(volume.levels[0].bytes for volume in large)
     return needed <= min((volume.memory for volume in large), default=needed)
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.settings import Settings, checked, numbers_asked_for
-from texvol.rendering.streaming.kinds import all_in_parts, reason_for_memory
+from texvol.rendering.streaming.kinds import all_in_parts, large_volumes, reason_for_memory
 from texvol.rendering.streaming.levels import LevelsAskedFor, levels_beside, with_levels
 from texvol.rendering.streaming.ordering import RegionsOfPicture
 from texvol.scene.large_volume import LargeVolume, Level
@@ -124,7 +124,7 @@ def _regions_of_each(
     scene: CompleteScene, size: tuple[int, int], settings: Settings
 ) -> tuple[int, int, list[tuple[RegionsOfPicture, list[Region]]]]:
     """Return the number of regions, how many show nothing, and those that each volume is read in."""
-    volumes = [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
+    volumes = large_volumes(scene)
     if not scene.added:
         picture = RegionsOfPicture(scene, size, settings, volumes[0])
         regions = regions_of_level(volumes[0], settings.level)

@@ -23,6 +23,7 @@ from texvol.rendering.scene_cache import color_scale_of, most_light_of
 from texvol.rendering.settings import Settings
 from texvol.rendering.streaming.ahead import PendingPart
 from texvol.rendering.streaming.boxes_only import BoxesOnly
+from texvol.rendering.streaming.kinds import large_volumes
 from texvol.rendering.streaming.levels import levels_beside
 from texvol.rendering.streaming.ordering import Drawn
 from texvol.rendering.streaming.parts import PictureOfParts
@@ -308,11 +309,6 @@ class _OwnScreen:
 
     def has_drawn(self, compositor: Compositor, brick: Brick, values: tuple[float, float] | None) -> None:
         """Do nothing: the shared screen is told of whole regions."""
-
-
-def large_volumes(scene: CompleteScene) -> list[LargeVolume]:
-    """Return the volumes of a scene, all of which are large ones."""
-    return [volume for volume in scene.volumes if isinstance(volume, LargeVolume)]
 
 
 def _is_same_box(one: LargeVolume, other: LargeVolume) -> bool:
