@@ -13,7 +13,10 @@ from numpy.testing import assert_allclose
 from support.large import large
 from support.stores import write_ome
 
-from texvol import Renderer, Scene, TransferFunction, Volume
+from texvol import AddedVolume, Light, Lighting, Renderer, Scene, TransferFunction, Volume
+from texvol.annotation import Annotation
+from texvol.formats.pictures.image import eight_bits
+from texvol.output.export import PictureExport
 from texvol.rendering.streaming import progressive
 from texvol.scene.display import found_window
 from texvol.scene.gradient import Estimator
@@ -95,6 +98,38 @@ def test_pictures_at_rest_become_finer_and_tell_level_and_error(
     assert 0 < error < 0.3
     wanted = renderer.render(Scene(volume, FOG, classification="post"), SIZE)
     assert answers[-1].pixels is not None and wanted[..., 3].max() > 0.1
+
+
+def of_two(memory: int) -> Scene:
+    green = TransferFunction([0.3, 1.0], [(0, 1, 0), (0, 1, 0)], [0.0, 0.2])
+    return Scene(stored(memory)[0], FOG, added=(AddedVolume(stored(memory)[0], green),))
+
+
+@pytest.mark.parametrize("kind", ["mip", "several", "shadows"])
+def test_what_fits_in_memory_is_final_at_full_resolution(
+    kind: str, runner: tuple[JobRunner, list[Answer]], renderer: Renderer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Coarse levels come first, in parts, if they can be drawn so."""
+    monkeypatch.setattr(progressive, "_FIRST", 12**3)
+    monkeypatch.setattr(progressive, "_LEAST_SIDE", 8)
+    painter, answers = runner
+    answers.clear()
+    memory = 8 * 48**3  # of 4 bytes each; stand-ins may take an eighth, and half is left for each painter
+    shadows = Scene(stored(memory)[0], FOG, lighting=Lighting((Light("directional", (1, -2, 1.5)),), shadows=True))
+    scene = {"mip": Scene(stored(memory)[0], mode="mip"), "several": of_two(3 * memory), "shadows": shadows}[kind]
+    scene = with_stand_ins(scene.classified_as("post"))
+    assert isinstance(scene.volume, StandIn)
+    painter.paint(Job(1, "rest", at_rest(scene), SIZE, {"max_error": 1 / 64}, Showing()))
+    pictures = [answer for answer in answers if answer.kind == "picture"]
+    assert [answer.final for answer in pictures] == [False] * (len(pictures) - 1) + [True], answers[-1].text
+    levels = [answer.metadata["level"] for answer in pictures]
+    assert levels == sorted(levels, reverse=True) and levels[-1] == 0 and (levels[0] > 0) == (kind != "shadows")
+    assert 0 < pictures[-1].metadata["estimated_error"] <= pictures[-1].metadata["wanted_error"]
+    in_memory = at_rest(scene).in_memory("the truth")
+    exact = renderer.render(in_memory, SIZE, sampling_rate=4)
+    shown = eight_bits(PictureExport(Showing(), Annotation()).of(exact, in_memory, "window.png"))
+    assert pictures[-1].pixels is not None
+    assert np.abs(pictures[-1].pixels.astype(int) - shown).max() <= 12
 
 
 def test_channels_of_a_store_keep_what_they_are(tmp_path: Path) -> None:

@@ -192,7 +192,7 @@ class Renderer(LastPicture):
         """
         check, size = checking.checked_count(check), self._compositor.checked_size(size)
         views, repeat = checked_count("views", views), checked_count("repeat", repeat)
-        scene = drawable(scene, size, texture_refinement)
+        scene = drawable(scene, size, texture_refinement, level)
         for volume in scene.volumes:
             volume.expect_picture()
         rates = numbers_asked_for(slab_thickness=slab_thickness, sampling_rate=sampling_rate, max_error=max_error)

@@ -25,6 +25,7 @@ from texvol.rendering.error_search import may_refine_tiles, searched
 from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings, checked_termination
+from texvol.rendering.streaming.kinds import reason_for_memory
 from texvol.scene.display import NUMBER_MODES, found_window
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
@@ -34,6 +35,7 @@ from texvol.util import progress, writing
 from texvol.util.errors import AccuracyWarning
 from texvol.window.filled import filled_part
 from texvol.window.jobs import Answer, Job
+from texvol.window.stand_in import StandIn
 from texvol.window.transport import Receiver
 
 _OF_ONE_PICTURE = ("rest", "file")  # of other kinds, frames are counted
@@ -159,8 +161,11 @@ class JobRunner:
         If that is not found by tiles, a picture of the accuracy that a small one predicts is drawn between them.
         """
         if isinstance(job.scene.volume, LargeVolume):
-            self._rest_of_large(job)
-            return
+            reason = reason_for_memory(job.scene)
+            self._by_levels(job, to_the_last=reason is None)
+            if reason is None:
+                return
+            job = replace(job, scene=job.scene.in_memory(reason))
         start, renderer = time.perf_counter(), self._renderer
         slicing = job.accuracy.get("slicing", "stacks")
         quickly = forecast.of_picture(job.scene, job.size, {})
@@ -196,13 +201,16 @@ class JobRunner:
         metadata["estimated_error"] = error_control.if_finite(choice.estimated_error)
         self._send(job, quick, start, final=False, **metadata)
 
-    def _rest_of_large(self, job: Job) -> None:
-        """Draw pictures from coarse levels to the one that pixels show; how far the last ones differ is their error."""
+    def _by_levels(self, job: Job, *, to_the_last: bool) -> None:
+        """Draw pictures from coarse levels to the one that pixels show; how far the last ones differ is their error.
+
+        The last one is left out unless `to_the_last` is True.
+        """
         from texvol.rendering.streaming.progressive import coarse_levels
 
         start, renderer, before = time.perf_counter(), self._renderer, None
         slicing = job.accuracy.get("slicing", "stacks")
-        levels: list[int | str] = [*coarse_levels(job.scene, job.size, {})[1:], "auto"]
+        levels: list[int | str] = [*coarse_levels(job.scene, job.size, {})[1:], *(["auto"] if to_the_last else [])]
         for level in levels:
             picture = renderer.render(job.scene, job.size, level=level, slicing=slicing)
             metadata: dict[str, Any] = {"level": renderer.settings["level"]}
@@ -255,6 +263,9 @@ class JobRunner:
         scene, settings = job.scene.completed(job.size), self._renderer.settings
         thickness = self._renderer.uniform_settings["slab_thickness"]
         stacks = slicing.slab_stacks(scene.volume, scene.camera, thickness, job.size)
+        if job.kind == "rest":
+            volume = job.scene.volume
+            metadata = {"level": volume.level if isinstance(volume, StandIn) else 0} | metadata
         metadata |= {
             "settings": settings,
             "seconds": time.perf_counter() - start,

@@ -91,11 +91,14 @@ def with_stand_ins(scene: Scene) -> Scene:
 
 
 def at_rest(scene: Scene) -> Scene:
-    """Return the scene of the volume in its store, if that can be drawn part by part; else the scene as it is."""
-    from texvol.rendering.streaming.kinds import reason_for_memory
+    """Return the scene of the volumes in their stores, if it can be drawn part by part or they fit in memory.
+
+    Else the scene is returned as it is.
+    """
+    from texvol.rendering.streaming.kinds import fits, needs_memory
 
     stored = _replaced(scene, lambda volume: volume.large if isinstance(volume, StandIn) else volume)
-    return scene if reason_for_memory(stored) is not None else stored
+    return stored if needs_memory(stored) is None or fits(stored) else scene
 
 
 def _replaced(scene: Scene, by: Callable[[Volume], Volume]) -> Scene:

@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from support.large import large
 from support.quick_stats import quick_stats
 
-from texvol import Camera, InputError, Renderer, Scene, TransferFunction, Volume
+from texvol import AddedVolume, Camera, InputError, Renderer, Scene, TransferFunction, Volume
 from texvol.cli.command_line import main
 from texvol.rendering.streaming.levels import covers, settled_level
 from texvol.rendering.streaming.plan import plan
@@ -173,6 +173,26 @@ def test_pictures_become_finer(renderer: Renderer) -> None:
     assert [stage.level for stage in stages] == [1, None]
     assert stages[-1].moved is not None and 0 < stages[-1].moved < 0.2
     assert len(list(render_progressively(renderer, replace(scene, volume=volume), SIZE))) == 1
+
+
+@pytest.mark.parametrize("kind", ["mip", "isosurface", "several"])
+def test_coarse_pictures_of_what_fits_in_memory_come_from_their_levels(renderer: Renderer, kind: str) -> None:
+    """Samples of the finest level are not read for them."""
+    volume = random_volume(3, 160)
+    stored, (finest, *_) = large(volume)
+    how = {"mip": {"mode": "mip"}, "isosurface": {"mode": "isosurface", "isovalue": 100}}.get(kind, {})
+    scene = Scene(stored, FOG, Camera.framing(volume), **how)
+    scene = replace(scene, added=(AddedVolume(large(volume)[0], FOG),)) if kind == "several" else scene
+    assert plan(scene, (256, 256), level=1).metadata["levels"].keys() == {"1"}
+    stages = render_progressively(renderer, scene, (256, 256))
+    coarse = next(stages)
+    assert coarse.level == 1 and not finest.reads.any()
+    (last,) = stages
+    assert last.level is None and finest.reads.all()
+    expected = renderer.render(replace(scene, volume=volume, added=()), (256, 256))
+    if kind != "several":
+        assert_allclose(last.picture, expected, atol=2e-6)
+        assert np.sqrt(np.mean((coarse.picture - expected) ** 2)) < 0.2 * expected.max()
 
 
 def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -16,7 +16,9 @@ from texvol.scene.scene import Scene
 from texvol.util.errors import check_type
 
 
-def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str | None = None) -> Scene:
+def drawable(
+    scene: Scene, size: tuple[int, int], texture_refinement: int | str | None = None, level: int | str = "auto"
+) -> Scene:
     """Return `in_parts_or_memory` of a scene, with its look, that a picture of the size can show.
 
     Raises
@@ -26,10 +28,10 @@ def drawable(scene: Scene, size: tuple[int, int], texture_refinement: int | str 
     """
     check_type("scene", scene, Scene)
     scene.check_for(size)
-    return in_parts_or_memory(scene.looked, texture_refinement)
+    return in_parts_or_memory(scene.looked, texture_refinement, level)
 
 
-def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None) -> Scene:
+def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None, level: int | str = "auto") -> Scene:
     """Return the scene if it can be drawn as its volumes are, or else with all of them in memory or all in parts.
 
     Raises
@@ -39,22 +41,29 @@ def in_parts_or_memory(scene: Scene, texture_refinement: int | str | None = None
     """
     if not any(isinstance(volume, LargeVolume) for volume in scene.volumes):
         return scene
-    reason = reason_for_memory(scene, texture_refinement)
+    reason = reason_for_memory(scene, texture_refinement, level)
     if reason is not None:
         return scene.in_memory(reason)
     return all_in_parts(scene) if scene.added else scene
 
 
-def reason_for_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
-    """Return what of a scene needs all samples in memory; None if it can be drawn part by part.
+def reason_for_memory(
+    scene: Scene, texture_refinement: int | str | None = None, level: int | str = "auto"
+) -> str | None:
+    """Return what of a scene is drawn from all samples in memory; None if it is drawn part by part.
 
     Pictures of modes other than composite, and of several volumes, are drawn so only where the samples do not fit: in
     memory they take less time, and parts are of the level that pixels show, whose means have other extremes and
-    surfaces.
+    surfaces. A coarse `level` that is asked for is drawn part by part.
     """
+    if level in ("auto", 0) and (scene.mode != "composite" or scene.added) and fits(scene):
+        return "several volumes" if scene.mode == "composite" else f"mode {scene.mode}"
+    return needs_memory(scene, texture_refinement)
+
+
+def needs_memory(scene: Scene, texture_refinement: int | str | None = None) -> str | None:
+    """Return what of a scene cannot be drawn part by part; None if all of it can."""
     reasons = {
-        f"mode {scene.mode}": scene.mode != "composite" and fits(scene),
-        "several volumes": bool(scene.added) and fits(scene),
         "a mask": any(mask is not None for mask in (scene.mask, *(each.mask for each in scene.added))),
         "colours of samples": any(volume.colors is not None for volume in scene.volumes),
         "meshes or lines": bool(scene.geometry),

@@ -85,7 +85,7 @@ def plan(
         If the scene is not of large volumes that can be drawn part by part, or an argument is out of range.
     """
     is_large = any(isinstance(volume, LargeVolume) for volume in scene.volumes)
-    if (reason := reason_for_memory(scene)) is not None or not is_large:
+    if (reason := reason_for_memory(scene, level=level)) is not None or not is_large:
         raise InputError(f"plan: needs a volume in a store that is drawn part by part, got {reason or 'one in memory'}")
     scene = all_in_parts(scene) if scene.added else scene
     size = checked_size(size)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from texvol.rendering.error_control import largest_difference
 from texvol.rendering.renderer import Renderer
-from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.kinds import needs_memory
 from texvol.rendering.streaming.levels import settled_level
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.picture_size import AnySize, checked_size
@@ -73,7 +73,7 @@ def coarse_pictures(
 def coarse_levels(scene: Scene, size: tuple[int, int], accuracy: dict[str, Any]) -> list[int]:
     """Return the levels of the pictures before the last, coarsest first."""
     volume = scene.volume
-    if reason_for_memory(scene, accuracy.get("texture_refinement")) or not isinstance(volume, LargeVolume):
+    if needs_memory(scene, accuracy.get("texture_refinement")) or not isinstance(volume, LargeVolume):
         return []
     asked = 0 if accuracy.get("max_error") is not None else accuracy.get("level", "auto")
     last = settled_level(scene.completed(size), size, asked, accuracy.get("slab_thickness"))
