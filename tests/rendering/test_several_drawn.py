@@ -16,7 +16,19 @@ from support.scenes import BONE, FOG, constant, random_volume, smooth_volume, sp
 from support.several import boxes, picture_of, scene_of, turned
 from support.shapes import quad
 
-from texvol import Camera, ClipPlane, DepthCue, InputError, Light, Lighting, Renderer, Scene, TransferFunction, Volume
+from texvol import (
+    Camera,
+    ClipPlane,
+    DepthCue,
+    InputError,
+    Light,
+    Lighting,
+    Mask,
+    Renderer,
+    Scene,
+    TransferFunction,
+    Volume,
+)
 from texvol.scene.added_volume import AddedVolume, common_box
 
 SIZE = (48, 40)
@@ -256,11 +268,12 @@ def test_the_box_of_all_is_framed() -> None:
 def test_what_does_not_fit_is_refused_by_name() -> None:
     volume = smooth_volume(32)
     scene = replace(seen(volume, FOG, classification="extinction"), added=(AddedVolume(volume, FOG),))
+    masked = replace(scene, mask=Mask(np.ones(volume.shape, bool)))
     with (
         Renderer(texture_memory=0.2) as small,
-        pytest.raises(InputError, match=r"^2 volumes are drawn at once and need"),
+        pytest.raises(InputError, match=r"^2 volumes are drawn at once and need .*a mask cannot be drawn part by part"),
     ):
-        small.render(scene, SIZE, texture_format="rgba32f")
+        small.render(masked, SIZE, texture_format="rgba32f")
     many = replace(scene, added=tuple(AddedVolume(Volume(np.ones((2, 2, 2))), FOG) for _ in range(64)))
     with Renderer() as renderer:
         with pytest.raises(InputError, match=r"^65 volumes are more than this driver draws at once: ") as refused:

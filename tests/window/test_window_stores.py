@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -127,7 +127,7 @@ def test_what_fits_in_memory_is_final_at_full_resolution(
     assert 0 < pictures[-1].metadata["estimated_error"] <= pictures[-1].metadata["wanted_error"]
     in_memory = at_rest(scene).in_memory("the truth")
     exact = renderer.render(in_memory, SIZE, sampling_rate=4)
-    shown = eight_bits(PictureExport(Showing(), Annotation()).of(exact, in_memory, "window.png"))
+    shown = eight_bits(PictureExport(cast(Any, Showing()), Annotation()).of(exact, in_memory, "window.png"))
     assert pictures[-1].pixels is not None
     assert np.abs(pictures[-1].pixels.astype(int) - shown).max() <= 12
 

@@ -19,6 +19,7 @@ class AnyPictures:
     """
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
+        self._of_memory = context, budget, watch
         self.in_memory = PicturesInMemory(context, compositor, budget, watch)
         self.in_parts = StreamedPictures(context, compositor, budget, watch)
         self.of_several = PicturesOfSeveral(context, compositor, budget, watch)
@@ -34,6 +35,12 @@ class AnyPictures:
     def draw_by(self, compositor: Compositor) -> None:
         """Draw what follows by another compositor on the same context."""
         self.in_memory.compositor = self.in_parts.compositor = self.of_several.compositor = compositor
+
+    def forget_volumes_in_memory(self) -> None:
+        """Release the textures of volumes in memory, and what they were made from."""
+        context, budget, watch = self._of_memory
+        self.in_memory.release()
+        self.in_memory = PicturesInMemory(context, self.in_memory.compositor, budget, watch)
 
     def release(self) -> None:
         """Release everything on the device."""

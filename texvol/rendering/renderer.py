@@ -35,6 +35,7 @@ from texvol.rendering.shadow_error import Nodes, checked_asked, nodes_for_error
 from texvol.rendering.stats import sampled_slabs
 from texvol.rendering.streaming.kinds import drawable
 from texvol.rendering.streaming.levels import LevelsAskedFor, with_levels_told
+from texvol.rendering.streaming.without_room import in_parts_without_room
 from texvol.scene.display import NUMBER_MODES
 from texvol.scene.gradient import seconds_of
 from texvol.scene.picture_size import AnySize
@@ -96,6 +97,7 @@ class Renderer(LastPicture):
         self._default_rate = DefaultRate(self._draw, lambda scene, *how: self._pictures_of(scene).count(scene, *how))
         self._error_search = ErrorSearch(self._noted, self._exactly, self._pictures_of)
 
+    @in_parts_without_room
     def render(
         self,
         scene: Scene,
@@ -290,6 +292,11 @@ class Renderer(LastPicture):
                 self._estimates = self._estimates._replace(quick=self._quickly_estimated(*self._last))
         return error_control.if_finite(checking.at_least(self._estimates.quick, self._check))
 
+    def forget_volumes_in_memory(self) -> None:
+        """Release the textures of volumes in memory, and what they were made from."""
+        with self._context:
+            self._pictures.forget_volumes_in_memory()
+
     def close(self) -> None:
         """Release everything on the device; closing twice is allowed."""
         if not self._context.released:
@@ -317,7 +324,6 @@ class Renderer(LastPicture):
         return Picture.of(array, self._drawn)
 
     def _pictures_of(self, scene: Scene) -> Pictures:
-        """Return what draws a scene."""
         return self._pictures.of(scene)
 
     def _noted(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:

@@ -90,11 +90,17 @@ class SceneCache:
         """Raise NoRoomError if several volumes do not fit on the device at once, each as a single brick."""
         if len(drawing.volumes) == 1:
             return
-        total = sum(drawn.textures.bytes_of_all for drawn in drawing.volumes)
-        if total > self._budget or any(len(drawn.textures.bricks) > 1 for drawn in drawing.volumes):
+        each = [drawn.textures.bytes_of_all for drawn in drawing.volumes]
+        if sum(each) > self._budget:
             raise NoRoomError(
-                f"{len(drawing.volumes)} volumes are drawn at once and need {total / 1e6:.0f} MB of textures, got "
+                f"{len(each)} volumes are drawn at once and need {sum(each) / 1e6:.0f} MB of textures, got "
                 f"{self._budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
+            )
+        cut = [size for size, drawn in zip(each, drawing.volumes, strict=True) if len(drawn.textures.bricks) > 1]
+        if cut:
+            raise NoRoomError(
+                f"{len(each)} volumes are drawn at once, each from one texture, and the driver has none of "
+                f"{max(cut) / 1e6:.0f} MB: take smaller volumes"
             )
 
     def _have_caches(self, count: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,16 +11,23 @@ from numpy.typing import NDArray
 from texvol.scene.large_volume import Box, LargeVolume, Level, Triple
 from texvol.scene.volume import Volume
 
-_CHUNK = 16  # samples along an axis
+_CHUNK = 64  # samples along an axis
 
 
-def in_chunks(volume: Volume, memory: int) -> LargeVolume:
+# By the identity of a volume, which lives as long as the large one does, and the memory for its parts.
+_KNOWN: WeakValueDictionary[tuple[int, int | None], LargeVolume] = WeakValueDictionary()
+
+
+def in_chunks(volume: Volume, memory: int | None) -> LargeVolume:
     """Return a volume as one whose parts are drawn, for `memory` bytes of them; a large one as it is.
 
-    Colours of samples and masks do not come along. The samples are those of the volume, which must not change.
+    Without `memory` it is half of what is free. Colours of samples and masks do not come along. The samples are those
+    of the volume, which must not change. The same volume is returned as the same object while that is in use.
     """
     if isinstance(volume, LargeVolume):
         return volume
+    if (known := _KNOWN.get((id(volume), memory))) is not None:
+        return known
     large = LargeVolume(
         [Level(_InMemory(volume.values))],
         volume.spacing,
@@ -39,7 +47,13 @@ def in_chunks(volume: Volume, memory: int) -> LargeVolume:
     )
     large.label_table = volume.label_table
     vars(large).update(whole=volume, overview=volume)  # nothing has to be read for them
+    _KNOWN[id(volume), memory] = large
     return large
+
+
+def is_in_chunks(volume: Volume) -> bool:
+    """True if a volume was made by `in_chunks` of one in memory."""
+    return isinstance(volume, LargeVolume) and isinstance(volume.levels[0].source, _InMemory)
 
 
 @dataclass(frozen=True)

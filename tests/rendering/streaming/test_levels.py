@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -180,7 +181,7 @@ def test_coarse_pictures_of_what_fits_in_memory_come_from_their_levels(renderer:
     """Samples of the finest level are not read for them."""
     volume = random_volume(3, 160)
     stored, (finest, *_) = large(volume)
-    how = {"mip": {"mode": "mip"}, "isosurface": {"mode": "isosurface", "isovalue": 100}}.get(kind, {})
+    how: dict[str, Any] = {"mip": {"mode": "mip"}, "isosurface": {"mode": "isosurface", "isovalue": 100}}.get(kind, {})
     scene = Scene(stored, FOG, Camera.framing(volume), **how)
     scene = replace(scene, added=(AddedVolume(large(volume)[0], FOG),)) if kind == "several" else scene
     assert plan(scene, (256, 256), level=1).metadata["levels"].keys() == {"1"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from texvol.scene.in_chunks import in_chunks
+from texvol.scene.in_chunks import in_chunks, is_in_chunks
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import Scene
@@ -54,9 +54,10 @@ def reason_for_memory(
 
     Pictures of modes other than composite, and of several volumes, are drawn so only where the samples do not fit: in
     memory they take less time, and parts are of the level that pixels show, whose means have other extremes and
-    surfaces. A coarse `level` that is asked for is drawn part by part.
+    surfaces. A coarse `level` that is asked for is drawn part by part, as are volumes that are in chunks already.
     """
-    if level in ("auto", 0) and (scene.mode != "composite" or scene.added) and fits(scene):
+    is_to_fit = level in ("auto", 0) and not any(map(is_in_chunks, scene.volumes))
+    if is_to_fit and (scene.mode != "composite" or scene.added) and fits(scene):
         return "several volumes" if scene.mode == "composite" else f"mode {scene.mode}"
     return needs_memory(scene, texture_refinement)
 
@@ -91,7 +92,7 @@ def all_in_parts(scene: Scene) -> Scene:
     """Return the scene with every volume as a large one, the same object every time."""
     known: Scene | None = scene.__dict__.get("_all_in_parts")
     if known is None:
-        memory = min(volume.memory for volume in scene.volumes if isinstance(volume, LargeVolume))
+        memory = min((volume.memory for volume in large_volumes(scene)), default=None)
         added = tuple(replace(each, volume=in_chunks(each.volume, memory)) for each in scene.added)
         known = replace(scene, volume=in_chunks(scene.volume, memory), added=added)
         object.__setattr__(scene, "_all_in_parts", known)
