@@ -43,8 +43,8 @@ MODERNGL_TYPES = {
     "r16f": "f2",
     "r32f": "f4",
 }
-_BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r8": 1, "r16": 2, "r16f": 2, "r32f": 4}
-_SLICE_BYTES = 8 << 20
+BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r8": 1, "r16": 2, "r16f": 2, "r32f": 4}
+_SLICEBYTES = 8 << 20
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
 _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
@@ -102,7 +102,7 @@ class TextureStore:
         self._watch = watch or Stopwatch()
         self.budget = budget
         self._longest = int(self._gl.info["GL_MAX_3D_TEXTURE_SIZE"])
-        self._largest = _SOFTWARE_TEXTURE if is_software(context) else 1 << 62  # bytes
+        self._largest = largest_texture(context)
         self._held: dict[Triple, _Held] = {}
         self._tables: dict[str, moderngl.Texture] = {}
         self._tables_of: BakedTexture | None = None
@@ -257,7 +257,7 @@ def _new_texture(
         failed = True
     if failed:
         nx, ny, nz = size
-        megabytes = nx * ny * nz * _BYTES[texel_format] / 1e6
+        megabytes = nx * ny * nz * BYTES[texel_format] / 1e6
         raise InputError(f"this driver has no room for {nx} x {ny} x {nz} texels, {megabytes:.0f} MB")
     texture.repeat_x = texture.repeat_y = texture.repeat_z = False
     texture.filter = (moderngl.NEAREST, moderngl.NEAREST) if nearest else (moderngl.LINEAR, moderngl.LINEAR)
@@ -288,7 +288,7 @@ def write_texels(
     """
     nx, ny, nz = (last - before for before, last in zip(brick.stored_first, brick.stored_last, strict=True))
     x0, y0, z0 = first
-    depth = max(1, _SLICE_BYTES // (nx * ny * bytes_of_sample(baked)))
+    depth = max(1, _SLICEBYTES // (nx * ny * bytes_of_sample(baked)))
     for start in range(0, nz, depth):
         end = min(start + depth, nz)
         box = (slice(z0 + start, z0 + end), slice(y0, y0 + ny), slice(x0, x0 + nx))
@@ -313,7 +313,7 @@ def seconds_of_sample(baked: BakedTexture) -> float:
 
 def bytes_of_sample(baked: BakedTexture) -> int:
     """Return the bytes of one sample in all textures."""
-    return sum(_BYTES[texel_format] for texel_format, _ in baked.formats.values())
+    return sum(BYTES[texel_format] for texel_format, _ in baked.formats.values())
 
 
 def _write(texture: moderngl.Texture3D, texels: NDArray, first: Triple) -> None:
@@ -342,6 +342,11 @@ def same(one: Sequence[Any], other: Sequence[Any]) -> bool:
     return len(one) == len(other) and all(
         a is b or (isinstance(a, float | str) and a == b) for a, b in zip(one, other, strict=True)
     )
+
+
+def largest_texture(context: Context) -> int:
+    """Bytes of the largest texture that the driver makes, as far as is known."""
+    return _SOFTWARE_TEXTURE if is_software(context) else 1 << 62
 
 
 def default_budget(context: Context) -> int:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
-from texvol.opengl.texture_store import Stopwatch
+from texvol.opengl.texture_store import BYTES, Stopwatch, largest_texture
 from texvol.rendering.pictures import Pictures, PicturesInMemory
 from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.rendering.streaming.several import PicturesOfSeveral
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Scene
+from texvol.scene.volume import Volume
 
 
 class AnyPictures:
@@ -19,7 +20,7 @@ class AnyPictures:
     """
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
-        self._of_memory = context, budget, watch
+        self._of_memory, self._without_room = (context, budget, watch), tuple[Volume, ...]()
         self.in_memory = PicturesInMemory(context, compositor, budget, watch)
         self.in_parts = StreamedPictures(context, compositor, budget, watch)
         self.of_several = PicturesOfSeveral(context, compositor, budget, watch)
@@ -36,8 +37,18 @@ class AnyPictures:
         """Draw what follows by another compositor on the same context."""
         self.in_memory.compositor = self.in_parts.compositor = self.of_several.compositor = compositor
 
-    def forget_volumes_in_memory(self) -> None:
-        """Release the textures of volumes in memory, and what they were made from."""
+    def may_have_room(self, scene: Scene) -> bool:
+        """True unless it is known that the textures of a scene's volumes have no room together."""
+        known = self._without_room
+        if len(known) == len(scene.volumes) and all(a is b for a, b in zip(known, scene.volumes, strict=True)):
+            return False
+        context, budget, _ = self._of_memory
+        each = [volume.size * _least_bytes(scene, volume) for volume in scene.volumes]
+        return sum(each) <= budget and max(each) <= largest_texture(context)
+
+    def without_room(self, scene: Scene) -> None:
+        """Remember that a scene's volumes have no room together, and forget their textures."""
+        self._without_room = scene.volumes
         context, budget, watch = self._of_memory
         self.in_memory.release()
         self.in_memory = PicturesInMemory(context, self.in_memory.compositor, budget, watch)
@@ -47,3 +58,9 @@ class AnyPictures:
         self.in_memory.release()
         self.in_parts.release()
         self.of_several.release()
+
+
+def _least_bytes(scene: Scene, volume: Volume) -> int:
+    """Return the bytes that each sample of a volume takes on the device at least."""
+    baked = scene.classification in ("slab", "extinction")
+    return BYTES["rgba8"] if baked else BYTES["rgba16"] if scene.needs_gradient and not volume.labels else 1

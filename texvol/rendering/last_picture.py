@@ -13,7 +13,6 @@ from texvol.rendering.late_estimate import Estimates
 from texvol.rendering.picture import Drawn
 from texvol.rendering.settings import Settings, arguments_of
 from texvol.scene.scene import CompleteScene, Scene
-from texvol.scene.volume import Volume
 
 Size = tuple[int, int]
 
@@ -32,7 +31,6 @@ class LastPicture:
         self._drawn: Drawn | None = None
         self.drawn_scene: Scene | None = None  # its scene, in the classification in which it was drawn
         self.chosen: Classified | None = None  # if it was of classification auto
-        self.without_room: tuple[Volume, ...] = ()  # see `in_parts_without_room`
 
     @property
     def last(self) -> Drawn | None:

@@ -292,11 +292,6 @@ class Renderer(LastPicture):
                 self._estimates = self._estimates._replace(quick=self._quickly_estimated(*self._last))
         return error_control.if_finite(checking.at_least(self._estimates.quick, self._check))
 
-    def forget_volumes_in_memory(self) -> None:
-        """Release the textures of volumes in memory, and what they were made from."""
-        with self._context:
-            self._pictures.forget_volumes_in_memory()
-
     def close(self) -> None:
         """Release everything on the device; closing twice is allowed."""
         if not self._context.released:
@@ -324,6 +319,7 @@ class Renderer(LastPicture):
         return Picture.of(array, self._drawn)
 
     def _pictures_of(self, scene: Scene) -> Pictures:
+        """Return what draws a scene."""
         return self._pictures.of(scene)
 
     def _noted(self, scene: CompleteScene, size: Size, settings: Settings) -> NDArray[np.float32]:

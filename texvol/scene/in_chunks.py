@@ -1,9 +1,10 @@
-"""A volume in memory as a large one: parts of its samples are drawn beside those of volumes that stay in a store."""
+"""Volumes that are drawn part by part although their samples fit in memory, or are there."""
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
-from weakref import WeakValueDictionary
+from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,17 @@ _CHUNK = 64  # samples along an axis
 
 # By the identity of a volume, which lives as long as the large one does, and the memory for its parts.
 _KNOWN: WeakValueDictionary[tuple[int, int | None], LargeVolume] = WeakValueDictionary()
+_STORES: WeakKeyDictionary[LargeVolume, LargeVolume] = WeakKeyDictionary()
+
+
+def in_parts(volume: Volume) -> LargeVolume:
+    """Return a volume as a large one that is drawn part by part, the same object while that is in use."""
+    if not isinstance(volume, LargeVolume):
+        return in_chunks(volume, None)
+    if volume not in _STORES:
+        _STORES[volume] = copy(volume)
+        _STORES[volume].in_parts = True
+    return _STORES[volume]
 
 
 def in_chunks(volume: Volume, memory: int | None) -> LargeVolume:
@@ -46,14 +58,10 @@ def in_chunks(volume: Volume, memory: int | None) -> LargeVolume:
         channels=volume.channels,
     )
     large.label_table = volume.label_table
+    large.in_parts = True
     vars(large).update(whole=volume, overview=volume)  # nothing has to be read for them
     _KNOWN[id(volume), memory] = large
     return large
-
-
-def is_in_chunks(volume: Volume) -> bool:
-    """True if a volume was made by `in_chunks` of one in memory."""
-    return isinstance(volume, LargeVolume) and isinstance(volume.levels[0].source, _InMemory)
 
 
 @dataclass(frozen=True)

@@ -154,6 +154,7 @@ class LargeVolume(Volume):
         for level in self.levels:
             _check_source(level.source, name)
         self.memory = free_memory() // 2 if memory is None else memory
+        self.in_parts = False  # True if it is drawn part by part although all of it fits in memory
         self.cut_for: int | None = None  # memory by which it is cut into regions, if that is not `memory`
         self.labels, self.blocks = labels, blocks
         self._place(spacing, origin, direction)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from texvol.scene.in_chunks import in_chunks, is_in_chunks
+from texvol.scene.in_chunks import in_chunks
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.lighting import casts_shadows
 from texvol.scene.scene import Scene
@@ -54,9 +54,9 @@ def reason_for_memory(
 
     Pictures of modes other than composite, and of several volumes, are drawn so only where the samples do not fit: in
     memory they take less time, and parts are of the level that pixels show, whose means have other extremes and
-    surfaces. A coarse `level` that is asked for is drawn part by part, as are volumes that are in chunks already.
+    surfaces. A coarse `level` that is asked for is drawn part by part.
     """
-    is_to_fit = level in ("auto", 0) and not any(map(is_in_chunks, scene.volumes))
+    is_to_fit = level in ("auto", 0) and not any(volume.in_parts for volume in large_volumes(scene))
     if is_to_fit and (scene.mode != "composite" or scene.added) and fits(scene):
         return "several volumes" if scene.mode == "composite" else f"mode {scene.mode}"
     return needs_memory(scene, texture_refinement)

@@ -1,14 +1,17 @@
-"""Several volumes in memory whose textures have no room on the device together: drawn part by part instead."""
+"""Several volumes whose textures have no room on the device together: drawn part by part instead."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import wraps
 from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
-from texvol.rendering.streaming.kinds import all_in_parts, large_volumes, needs_memory
+from texvol.opengl.contexts import Context
+from texvol.rendering.any_pictures import AnyPictures
+from texvol.rendering.streaming.kinds import fits, needs_memory
+from texvol.scene.in_chunks import in_parts
 from texvol.scene.scene import Scene
-from texvol.scene.volume import Volume
 from texvol.util.errors import NoRoomError
 
 _How = ParamSpec("_How")
@@ -16,10 +19,11 @@ _Drawn = TypeVar("_Drawn")
 
 
 class _DrawsScenes(Protocol):
-    without_room: tuple[Volume, ...]  # volumes that had no room together when they were drawn last
+    @property
+    def _context(self) -> Context: ...
 
-    def forget_volumes_in_memory(self) -> None:
-        """Release the textures of volumes in memory, and what they were made from."""
+    @property
+    def _pictures(self) -> AnyPictures: ...
 
 
 _Drawing = TypeVar("_Drawing", bound=_DrawsScenes)
@@ -27,29 +31,22 @@ _Render = Callable[Concatenate[_Drawing, Scene, _How], _Drawn]
 
 
 def in_parts_without_room(render: _Render[_Drawing, _How, _Drawn]) -> _Render[_Drawing, _How, _Drawn]:
-    """Return a method that draws a scene, and draws several volumes part by part if they have no room together.
-
-    They are drawn so at once when they are drawn again.
-    """
+    """Return a method that draws a scene, and draws several volumes part by part if they have no room together."""
 
     @wraps(render)
     def drawn(self: _Drawing, scene: Scene, *args: _How.args, **how: _How.kwargs) -> _Drawn:
-        known = self.without_room
-        if known and isinstance(scene, Scene) and _are_same(known, scene.volumes) and needs_memory(scene) is None:
-            return render(self, all_in_parts(scene), *args, **how)
-        try:
+        if not (isinstance(scene, Scene) and scene.added and fits(scene)):
             return render(self, scene, *args, **how)
-        except NoRoomError as error:
-            if not scene.added or large_volumes(scene):
-                raise
-            if (reason := needs_memory(scene)) is not None:
-                raise NoRoomError(f"{error} ({reason} cannot be drawn part by part)") from None
-        self.without_room = scene.volumes
-        self.forget_volumes_in_memory()
-        return render(self, all_in_parts(scene), *args, **how)
+        reason = needs_memory(scene)
+        if reason is not None or self._pictures.may_have_room(scene):
+            try:
+                return render(self, scene, *args, **how)
+            except NoRoomError as error:
+                if reason is not None:
+                    raise NoRoomError(f"{error} ({reason} cannot be drawn part by part)") from None
+            with self._context:
+                self._pictures.without_room(scene)
+        added = tuple(replace(each, volume=in_parts(each.volume)) for each in scene.added)
+        return render(self, replace(scene, volume=in_parts(scene.volume), added=added), *args, **how)
 
     return drawn
-
-
-def _are_same(some: tuple[Volume, ...], others: tuple[Volume, ...]) -> bool:
-    return len(some) == len(others) and all(a is b for a, b in zip(some, others, strict=True))
