@@ -44,7 +44,7 @@ MODERNGL_TYPES = {
     "r32f": "f4",
 }
 BYTES = {"rgba8": 4, "rgba16f": 8, "rgba32f": 16, "rgba16": 8, "r8": 1, "r16": 2, "r16f": 2, "r32f": 4}
-_SLICEBYTES = 8 << 20
+_SLICE_BYTES = 8 << 20
 _UNKNOWN = 1 << 30  # where the driver does not tell
 _SOFTWARE_TEXTURE = (1 << 30) - 1  # Mesa's software driver refuses textures of a gibibyte and more
 _NVIDIA_FREE, _AMD_FREE = 0x9049, 0x87FC  # GL_NVX_gpu_memory_info, GL_ATI_meminfo: kibibytes
@@ -288,7 +288,7 @@ def write_texels(
     """
     nx, ny, nz = (last - before for before, last in zip(brick.stored_first, brick.stored_last, strict=True))
     x0, y0, z0 = first
-    depth = max(1, _SLICEBYTES // (nx * ny * bytes_of_sample(baked)))
+    depth = max(1, _SLICE_BYTES // (nx * ny * bytes_of_sample(baked)))
     for start in range(0, nz, depth):
         end = min(start + depth, nz)
         box = (slice(z0 + start, z0 + end), slice(y0, y0 + ny), slice(x0, x0 + nx))

@@ -26,6 +26,7 @@ from texvol.rendering.modelled import modelled
 from texvol.rendering.renderer import Renderer, Size
 from texvol.rendering.settings import Settings, checked_termination
 from texvol.rendering.streaming.kinds import reason_for_memory
+from texvol.rendering.streaming.without_room import in_parts_if_without_room
 from texvol.scene.display import NUMBER_MODES, found_window
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import CompleteScene, Scene
@@ -55,6 +56,10 @@ class PiecewiseRenderer(Renderer):
     def __init__(self, device: int | str | None = None) -> None:
         self._kept: tuple[Scene, Size, Settings, NDArray[np.float32]] | None = None
         super().__init__(device=device)
+
+    def in_parts_if_without_room(self, scene: Scene) -> Scene:
+        """Return the scene as it is drawn, in memory or part by part, see `in_parts_if_without_room`."""
+        return in_parts_if_without_room(self._pictures, scene)
 
     def _draw(self, scene: CompleteScene, size: Size, settings: Settings, repeat: int = 1) -> NDArray[np.float32]:
         """Draw a picture; return a copy of the last one if it had the same scene and settings."""
@@ -161,6 +166,7 @@ class JobRunner:
         If that is not found by tiles, a picture of the accuracy that a small one predicts is drawn between them.
         """
         if isinstance(job.scene.volume, LargeVolume):
+            job = replace(job, scene=self._renderer.in_parts_if_without_room(job.scene))
             reason = reason_for_memory(job.scene)
             self._by_levels(job, to_the_last=reason is None)
             if reason is None:
