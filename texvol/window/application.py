@@ -148,9 +148,11 @@ class Application:
         follow_box(desk)
         screen.title(desk.title)
         new = desk.director.update(desk.now)  # before the panels, which describe the newest picture
+        if dragging := desk.steering.dragging:  # the next picture is drawn while the panels of this one are laid out
+            new |= self._follow(events)
         panels.show(desk)
-        self._steer(events)
-        new |= self._direct()
+        if not dragging:
+            new |= self._follow(events)
         if self._minimised:
             imgui.end_frame()
             return
@@ -313,6 +315,11 @@ class Application:
             desk.probed = None if point is None else at_point(document.scene, point)
         if not imgui.is_any_item_active() and not desk.gripping:
             document.history.end_stroke()
+
+    def _follow(self, events: list[Event]) -> bool:
+        """Do what the events say, and ask for the picture of it; return True if there is a new picture."""
+        self._steer(events)
+        return self._direct()
 
     def _direct(self) -> bool:
         desk = self._desk
