@@ -173,6 +173,12 @@ def test_pictures_become_finer(renderer: Renderer) -> None:
     stages = list(render_progressively(renderer, scene, (256, 256)))
     assert [stage.level for stage in stages] == [1, None]
     assert stages[-1].moved is not None and 0 < stages[-1].moved < 0.2
+    assert [stage.shrunk for stage in stages] == [2, 1] and "level 1 with a quarter of the pixels" in stages[0].sentence
+    whole = renderer.render(scene, (256, 256), level=1)
+    assert stages[0].picture.shape == whole.shape
+    assert np.sqrt(np.mean((stages[0].picture - whole) ** 2)) < 0.1 * np.sqrt(np.mean(whole**2))
+    shifted = np.roll(whole, 1, axis=1)  # by a pixel
+    assert np.mean((stages[0].picture - whole) ** 2) < 0.5 * np.mean((stages[0].picture - shifted) ** 2)
     assert len(list(render_progressively(renderer, replace(scene, volume=volume), SIZE))) == 1
 
 
