@@ -31,8 +31,10 @@ class VolumeParts:
     def __init__(self, context: Context, volume: LargeVolume, memory: int, budget: int, watch: Stopwatch) -> None:
         self.volume = volume
         software = is_software(context)
-        self.texture_bytes = min(budget, int(memory * _OF_MEMORY)) if software else budget
-        of_textures = self.texture_bytes if software else 0
+        # Samples that are in memory anyway take none of it.
+        shared = software and not volume.is_in_memory
+        self.texture_bytes = min(budget, int(memory * _OF_MEMORY)) if shared else budget
+        of_textures = self.texture_bytes if shared else 0
         self.cache = SampleCache(volume, max(memory - of_textures, memory // 2))
         self.parts = PartStore(context, self.texture_bytes, watch)
         self.ahead = PartsAhead(self.cache, self.parts)
