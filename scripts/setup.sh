@@ -62,7 +62,7 @@ fi
 # 2. Beside it, and at the same time, what tests of pages, of the window, of OpenVDB's reader and of completion need.
 # Debian's and Ubuntu's only, each asked for once.
 
-kinds="chromium xvfb openvdb shells"
+kinds="chromium xvfb manager openvdb shells"
 may_install() { [ "$manager" = apt-get ] && { [ "$(id -u)" = 0 ] || sudo -n true 2>/dev/null; }; }
 # GLFW opens libGL by name, and nothing else here needs it.
 find_gl="import ctypes.util; print(ctypes.util.find_library('GL') or '')"
@@ -71,6 +71,7 @@ has() {
     case $1 in
         chromium) command -v chromium || command -v chromium-browser || command -v google-chrome ;;
         xvfb) command -v Xvfb && command -v xdotool && command -v xclip && [ -n "$("$python" -c "$find_gl")" ] ;;
+        manager) command -v openbox && command -v xprop && command -v xrdb ;;
         openvdb) /usr/bin/python3 -c 'import pyopenvdb' 2>&1 ;;
         shells) command -v zsh && command -v fish ;;
     esac >/dev/null
@@ -79,6 +80,7 @@ packages() {
     case $1 in
         chromium) echo chromium ;;
         xvfb) echo xvfb xdotool xclip libgl1 libgl1-mesa-dri ;;
+        manager) echo openbox x11-utils x11-xserver-utils ;;
         openvdb) echo python3-openvdb ;;
         shells) echo zsh fish ;;
     esac
@@ -87,6 +89,7 @@ named() {
     case $1 in
         chromium) echo Chromium ;;
         xvfb) echo "Xvfb with xdotool and xclip" ;;
+        manager) echo "window manager (openbox) with xprop and xrdb" ;;
         openvdb) echo "module of OpenVDB for the system's Python" ;;
         shells) echo "zsh with fish" ;;
     esac
