@@ -6,6 +6,7 @@ from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import BYTES, Stopwatch, largest_texture
 from texvol.rendering.pictures import Pictures, PicturesInMemory
+from texvol.rendering.scene_cache import lack_of_room
 from texvol.rendering.streaming.picture import StreamedPictures
 from texvol.rendering.streaming.several import PicturesOfSeveral
 from texvol.scene.large_volume import LargeVolume
@@ -20,7 +21,9 @@ class AnyPictures:
     """
 
     def __init__(self, context: Context, compositor: Compositor, budget: int, watch: Stopwatch) -> None:
-        self._of_memory, self._without_room = (context, budget, watch), tuple[Volume, ...]()
+        self._of_memory = context, budget, watch
+        self._without_room: tuple[Volume, ...] = ()
+        self._lack = ""
         self.in_memory = PicturesInMemory(context, compositor, budget, watch)
         self.in_parts = StreamedPictures(context, compositor, budget, watch)
         self.of_several = PicturesOfSeveral(context, compositor, budget, watch)
@@ -37,18 +40,18 @@ class AnyPictures:
         """Draw what follows by another compositor on the same context."""
         self.in_memory.compositor = self.in_parts.compositor = self.of_several.compositor = compositor
 
-    def may_have_room(self, scene: Scene) -> bool:
-        """True unless it is known that the textures of a scene's volumes have no room together."""
-        known = self._without_room
-        if len(known) == len(scene.volumes) and all(a is b for a, b in zip(known, scene.volumes, strict=True)):
-            return False
+    def lack_of_room(self, scene: Scene) -> str:
+        """Return why the textures of a scene's volumes have no room together, if that is known before they are made."""
+        known, volumes = self._without_room, scene.volumes
+        if len(known) == len(volumes) and all(a is b for a, b in zip(known, volumes, strict=True)):
+            return self._lack
         context, budget, _ = self._of_memory
-        each = [volume.size * _least_bytes(scene, volume) for volume in scene.volumes]
-        return sum(each) <= budget and max(each) <= largest_texture(context)
+        each = [volume.size * _least_bytes(scene, volume) for volume in volumes]
+        return lack_of_room([(size, size <= largest_texture(context)) for size in each], budget)
 
-    def without_room(self, scene: Scene) -> None:
-        """Remember that a scene's volumes have no room together, and forget their textures."""
-        self._without_room = scene.volumes
+    def without_room(self, scene: Scene, lack: str) -> None:
+        """Remember that a scene's volumes have no room together, and why, and forget their textures."""
+        self._without_room, self._lack = scene.volumes, lack
         context, budget, watch = self._of_memory
         self.in_memory.release()
         self.in_memory = PicturesInMemory(context, self.in_memory.compositor, budget, watch)

@@ -90,18 +90,9 @@ class SceneCache:
         """Raise NoRoomError if several volumes do not fit on the device at once, each as a single brick."""
         if len(drawing.volumes) == 1:
             return
-        each = [drawn.textures.bytes_of_all for drawn in drawing.volumes]
-        if sum(each) > self._budget:
-            raise NoRoomError(
-                f"{len(each)} volumes are drawn at once and need {sum(each) / 1e6:.0f} MB of textures, got "
-                f"{self._budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
-            )
-        cut = [size for size, drawn in zip(each, drawing.volumes, strict=True) if len(drawn.textures.bricks) > 1]
-        if cut:
-            raise NoRoomError(
-                f"{len(each)} volumes are drawn at once, each from one texture, and the driver has none of "
-                f"{max(cut) / 1e6:.0f} MB: take smaller volumes"
-            )
+        each = [(drawn.textures.bytes_of_all, len(drawn.textures.bricks) == 1) for drawn in drawing.volumes]
+        if lack := lack_of_room(each, self._budget):
+            raise NoRoomError(lack)
 
     def _have_caches(self, count: int) -> None:
         """Keep as many volume caches as the scene has volumes."""
@@ -117,6 +108,25 @@ class SceneCache:
         self._shadows.release()
         if self._surfaces is not None:
             self._surfaces.release()
+
+
+def lack_of_room(volumes: Sequence[tuple[int, bool]], budget: int) -> str:
+    """Return why several volumes have no room on the device together; "" if they have.
+
+    Of each volume it takes the bytes of its texture, and True if the driver makes one of that size.
+    """
+    total = sum(size for size, _ in volumes)
+    if total > budget:
+        return (
+            f"{len(volumes)} volumes are drawn at once and need {total / 1e6:.0f} MB of textures, got "
+            f"{budget / 1e6:.0f} MB: allow more by --texture-memory, or take smaller volumes"
+        )
+    if too_large := [size for size, is_made in volumes if not is_made]:
+        return (
+            f"{len(volumes)} volumes are drawn at once, each from one texture, and the driver makes none of "
+            f"{max(too_large) / 1e6:.0f} MB: take smaller volumes"
+        )
+    return ""
 
 
 def _drawn(

@@ -70,13 +70,13 @@ def coarse_pictures(
 
     The first is drawn with a quarter of the pixels if that shows what its level holds.
     """
-    before = None
+    before: NDArray[np.float32] | None = None
     for level in coarse_levels(scene, size, accuracy):
         half = max(size[0] // 2, 1), max(size[1] // 2, 1)
         shrinks = before is None and min(half) >= _LEAST_PIXELS and scene.mode not in NUMBER_MODES
         shrinks &= settled_level(scene.completed(half), half, "auto", None) <= level
-        picture = renderer.render(scene, half if shrinks else size, level=level)
-        picture = _enlarged(picture, size) if shrinks else picture
+        drawn = renderer.render(scene, half if shrinks else size, level=level)
+        picture = _enlarged(drawn, size) if shrinks else drawn
         yield Stage(picture, level, _moved(picture, before), 1 + shrinks)
         before = picture
 

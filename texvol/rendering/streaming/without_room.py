@@ -37,23 +37,27 @@ def in_parts_without_room(render: _Render[_Drawing, _How, _Drawn]) -> _Render[_D
     def drawn(self: _Drawing, scene: Scene, *args: _How.args, **how: _How.kwargs) -> _Drawn:
         if not (isinstance(scene, Scene) and scene.added and fits(scene)):
             return render(self, scene, *args, **how)
-        if (changed := in_parts_if_without_room(self._pictures, scene)) is not scene:
-            return render(self, changed, *args, **how)
-        try:
-            return render(self, scene, *args, **how)
-        except NoRoomError as error:
-            if (reason := needs_memory(scene)) is not None:
-                raise NoRoomError(f"{error} ({reason} cannot be drawn part by part)") from None
+        lack = self._pictures.lack_of_room(scene)
+        if not lack:
+            try:
+                return render(self, scene, *args, **how)
+            except NoRoomError as error:
+                lack = str(error)
+        if (reason := needs_memory(scene)) is not None:
+            raise NoRoomError(f"{lack} ({reason} cannot be drawn part by part)")
         with self._context:
-            self._pictures.without_room(scene)
-        return render(self, in_parts_if_without_room(self._pictures, scene), *args, **how)
+            self._pictures.without_room(scene, lack)
+        return render(self, _in_parts(scene), *args, **how)
 
     return drawn
 
 
 def in_parts_if_without_room(pictures: AnyPictures, scene: Scene) -> Scene:
     """Return the scene, with volumes to be drawn part by part if they can be and are known to have no room together."""
-    if not scene.added or not fits(scene) or needs_memory(scene) is not None or pictures.may_have_room(scene):
-        return scene
+    may_be = bool(scene.added) and fits(scene) and needs_memory(scene) is None
+    return _in_parts(scene) if may_be and pictures.lack_of_room(scene) else scene
+
+
+def _in_parts(scene: Scene) -> Scene:
     added = tuple(replace(each, volume=in_parts(each.volume)) for each in scene.added)
     return replace(scene, volume=in_parts(scene.volume), added=added)
