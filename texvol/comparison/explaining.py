@@ -62,7 +62,8 @@ def _of_the_catalogue(
     trial: MistakeTrial, seen: Seen, ours: NDArray, right: NDArray, is_over: IsOver
 ) -> tuple[list[Kind], tuple[str, ...]]:
     """Return the mistakes of the catalogue that explain a candidate, and a note if not all could be drawn."""
-    whole, found = distance(ours, right), []
+    whole = distance(ours, right)
+    found: list[Kind] = []
     mistakes = drawn(trial)
     for done in range(len(CATALOGUE)):
         if is_over(1 + done, 1 + len(CATALOGUE)):
