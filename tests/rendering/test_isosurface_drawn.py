@@ -34,6 +34,16 @@ def test_isosurfaces_are_where_they_are(renderer, grid, view):
         np.testing.assert_array_equal(picture[..., 3], np.isfinite(depth))
 
 
+@pytest.mark.parametrize("target_format", ["rgba8", "rgba16f"])
+def test_a_depth_has_the_same_digits_whatever_the_picture_is_drawn_in(renderer, target_format):
+    scene = scene_of(noise(), "isosurface")
+    renderer.render(scene, SIZE, sampling_rate=1)
+    expected = renderer.depth()
+    assert expected[np.isfinite(expected)].max() > 1  # where 8 bits end
+    renderer.render(scene, SIZE, sampling_rate=1, target_format=target_format)
+    np.testing.assert_array_equal(renderer.depth(), expected)
+
+
 @pytest.mark.parametrize("projection", ["orthographic", "perspective"])
 @pytest.mark.parametrize("kind", ["nan", "inf", "-inf"])
 def test_an_isosurface_beside_gaps_is_where_it_is(renderer, kind, projection):

@@ -121,6 +121,17 @@ def test_how_it_is_shown_is_written_too(volume: texvol.Volume, tmp_path: Path) -
     assert options.SceneOptions.of(scene=str(path)).transparent
 
 
+def test_files_of_a_saved_scene_that_no_longer_exist_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "gone.raw"
+    path.write_bytes(bytes(range(60)))
+    scene = Scene(texvol.load(str(path), shape=(3, 4, 5), dtype="uint8"), FOG, camera("orthographic"))
+    opened = document(scene)
+    assert saving.lost_files(opened) == []
+    path.unlink()
+    assert saving.lost_files(opened) == [str(path)]
+    saving.save_scene(str(tmp_path / "s.toml"), opened, SIZE)
+
+
 def test_how_the_volume_was_read_is_written_too(tmp_path: Path) -> None:
     (tmp_path / "v.raw").write_bytes(bytes(range(60)))
     how = {"shape": (3, 4, 5), "dtype": "uint8", "spacing": (THIRD, 1.0, 2.0)}

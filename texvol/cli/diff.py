@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from texvol.comparison.regions import Region
 
 SAME, DIFFERENT, UNREADABLE = 0, 1, 2
+_PATIENCE = 10.0  # seconds for the oracle and the mistakes, unless --oracle is given
 # With --detailed-exitcode.
 NEW, WORSE, BETTER, BROKEN = 3, 4, 5, 6
 _LIMITS = {
@@ -67,8 +68,8 @@ def add_diff(commands: Any) -> None:
     oracle.add_argument(
         "--oracle", action=argparse.BooleanOptionalAction,
         help="ray cast the scene in the headers, and tell whether the candidate is closer to this exact picture than "
-        "the reference is; with two scenes, compare each picture with its own scene. Default: if the pictures differ "
-        "and the scene's volume is found",
+        "the reference is; with two scenes, compare each picture with its own scene. Default: if the pictures differ, "
+        "the scene's volume is found and that takes no longer than ten seconds",
     )  # fmt: skip
     oracle.add_argument("--volume", metavar="FILE", help="the scene's volume, if it has moved")
     oracle.add_argument(
@@ -171,7 +172,8 @@ def _outcome(arguments: argparse.Namespace, chosen: Limits | None) -> Outcome:
         return outcome
     from texvol.comparison.judged import judged
 
-    return judged(outcome, volume=arguments.volume, required=bool(wanted), device=arguments.device)
+    how = {"volume": arguments.volume, "device": arguments.device}
+    return judged(outcome, required=bool(wanted), limit=None if wanted else _PATIENCE, **how)
 
 
 def _new(arguments: argparse.Namespace) -> int:

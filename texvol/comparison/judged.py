@@ -6,7 +6,7 @@ which of the two is nearer to it; see `three_way` for unequal scenes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from texvol.comparison.common_form import SCENE_ATTRIBUTE, CommonForm, header_of
 from texvol.comparison.kinds.pair import SIDES
 from texvol.comparison.outcome import Outcome, with_truths
+from texvol.comparison.patience import Patience
 from texvol.comparison.pictures import Picture
 from texvol.comparison.three_way import supposing
 from texvol.util.errors import InputError, TexvolError
@@ -33,6 +34,7 @@ def judged(
     scene: Scene | None = None,
     explain: bool = True,
     device: int | str | None = None,
+    limit: float | None = None,
 ) -> Outcome:
     """Return the outcome with the oracle's verdict, as far as the scenes and their volumes are found.
 
@@ -48,6 +50,8 @@ def judged(
         True to search for mistakes of a renderer that explain the candidate.
     device : int or str, optional
         That draws these, as for `Renderer`.
+    limit : float, optional
+        Seconds that the oracle and the mistakes may take; a note names what was left out. Default: no limit.
 
     Raises
     ------
@@ -61,13 +65,14 @@ def judged(
     if not any(has_scene) or outcome.measures is None:
         return outcome
     found, faults = _scenes(outcome, volume, scene)
+    patience = Patience(limit)
     try:
         if not found:
             raise next(iter(faults.values()))
-        outcome = _with_verdict(outcome, found, faults)
+        outcome = _with_verdict(outcome, found, faults, patience)
         outcome = replace(outcome, notes=(*outcome.notes, *_taken_as_they_are(outcome)))
         if explain:
-            outcome = replace(outcome, kinds=_explained(outcome, found.get("candidate"), device) + outcome.kinds)
+            outcome = _with_mistakes(outcome, found.get("candidate"), device, patience)
     except TexvolError as error:
         if required:
             raise
@@ -108,13 +113,15 @@ def _stored(picture: Picture, volume: str | None, scene: Scene | None) -> Stored
             raise error from None
 
 
-def _with_verdict(outcome: Outcome, found: Mapping[str, StoredScene], faults: Mapping[str, TexvolError]) -> Outcome:
+def _with_verdict(
+    outcome: Outcome, found: Mapping[str, StoredScene], faults: Mapping[str, TexvolError], patience: Patience
+) -> Outcome:
     changes = outcome.scene_changes
     if changes:
-        truths = [_truth(outcome, found[role]) if role in found else None for role in SIDES]
+        truths = [_truth(outcome, found[role], patience.of_oracle(role)) if role in found else None for role in SIDES]
         return with_truths(outcome, truths, [f"the {role} was not judged: {fault}" for role, fault in faults.items()])
     who = list(found)[0 if changes is None else -1]  # of equal scenes that of the reference
-    outcome = with_truths(outcome, [_truth(outcome, found[who])])
+    outcome = with_truths(outcome, [_truth(outcome, found[who], patience.of_oracle(who))])
     if outcome.three_way is None or changes is not None or len(found) == 2:
         return outcome
     return replace(outcome, three_way=supposing(outcome.three_way, who))
@@ -134,20 +141,29 @@ def _may_have_changed(header: Mapping[str, Any]) -> bool:
     return "checksum" not in header and not (isinstance(source, dict) and "built_in" in source)
 
 
-def _truth(outcome: Outcome, stored: StoredScene) -> NDArray:
+def _truth(outcome: Outcome, stored: StoredScene, tell: Callable[[float], None]) -> NDArray:
     """Return the oracle's picture of a scene in the form of the compared pictures."""
     from texvol.rendering.streaming.exact import raycast
 
     height, width = outcome.reference.pixels.shape[:2]
     form = CommonForm.of_pair(outcome.candidate, outcome.reference)
-    return form.of_truth(raycast(stored.scene, (width, height), texture_refinement=stored.texture_refinement), stored)
+    exact = raycast(stored.scene, (width, height), texture_refinement=stored.texture_refinement, tell=tell)
+    return form.of_truth(exact, stored)
 
 
-def _explained(outcome: Outcome, own: StoredScene | None, device: int | str | None) -> tuple[Any, ...]:
-    """Return the mistakes of a renderer that explain the candidate, if it differs and was drawn in slabs."""
+def _with_mistakes(outcome: Outcome, own: StoredScene | None, device: int | str | None, patience: Patience) -> Outcome:
+    """Return the outcome with the mistakes of a renderer that explain the candidate, if it was drawn in slabs."""
     candidate = outcome.candidate
-    if own is None or outcome.status != "different" or not own.settings or own.shows_numbers:
-        return ()
+    if own is None or outcome.status != "different" or not own.settings or own.shows_numbers or _is_right(outcome):
+        return outcome
     from texvol.comparison.explaining import mistakes_that_explain
 
-    return mistakes_that_explain(candidate, own, device)
+    mistakes, notes = mistakes_that_explain(candidate, own, device, patience)
+    return replace(outcome, kinds=mistakes + outcome.kinds, notes=(*outcome.notes, *notes))
+
+
+def _is_right(outcome: Outcome) -> bool:
+    """True if no pixel of the candidate is farther from the oracle than a pixel may differ: there is no mistake."""
+    verdict = outcome.three_way
+    error = None if verdict is None or verdict.verdict == "unknown" else verdict.candidate_error
+    return error is not None and not error.non_finite and error.max_error <= outcome.limits.max_abs

@@ -267,6 +267,7 @@ class Renderer(LastPicture):
         if self._last is None or self._last[0].mode != "isosurface":
             raise InputError("depth needs a picture of mode isosurface before it, got none")
         scene, size, settings = self._last
+        settings = replace(settings, target_format="rgba32f")  # of the picture: 8 bits would end at a depth of 1
         with self._context:
             drawn = self._pictures_of(scene).draw(scene, size, settings, depth=True)
         return depth_of(drawn, scene.volume, scene.camera, settings.slab_thickness)

@@ -31,7 +31,9 @@ def scene(
             desk.panel_state.pop("recent", None)
             if asks:  # else a script has saved it
                 recent.remember(chosen, None)
-            desk.say(f"saved {Path(chosen).resolve()}")
+            lost = saving.lost_files(document)
+            warning = f", but it can't be opened: {', '.join(lost)} no longer exists" if lost else ""
+            desk.say(f"saved {Path(chosen).resolve()}{warning}")
             then()
 
     if not desk.attempt(lambda: saving.check_writable(path)):

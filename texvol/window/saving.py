@@ -9,6 +9,7 @@ from typing import Any
 
 from texvol.util import writing
 from texvol.util.errors import InputError
+from texvol.util.locations import is_remote
 from texvol.window import volume_list
 from texvol.window.document import Document, Saved
 from texvol.window.own_files import real, unused
@@ -70,6 +71,14 @@ def save_scene(path: str, document: Document, size: tuple[int, int]) -> None:
     """
     _write(path, document, size)
     document.saved, document.kept_tour = document.written, document.tour
+
+
+def lost_files(document: Document) -> list[str]:
+    """Return the files of the scene's volumes and masks that no longer exist: the saved scene can't be opened."""
+    owners = [entry.owner for entry in volume_list.entries(document.scene, document.off)]
+    sources = [each.source for owner in owners for each in (owner.volume, owner.mask) if each is not None]
+    files = [str(source["absolute"]) for source in sources if source.get("absolute")]
+    return [each for each in dict.fromkeys(files) if not is_remote(each) and not os.path.exists(each)]
 
 
 def _write(path: str, document: Document, size: tuple[int, int]) -> None:

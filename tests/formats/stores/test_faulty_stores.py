@@ -98,7 +98,7 @@ def test_the_command_ends_with_status_2_or_draws_the_rest(
     told = captured.err
     if option:
         assert status == 0
-        assert told.startswith("texvol: note: level 0: 1 chunk could not be read and count as missing")
+        assert told.startswith(f"texvol: note: {store}: level 0: 1 chunk could not be read and count as missing")
     else:
         assert status == 2
         assert told.startswith(f"texvol: error: {store}: level 0: chunk 2, 1, 1 (z, y, x) cannot be read")

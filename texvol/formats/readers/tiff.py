@@ -209,11 +209,13 @@ def _folder(path: str, choice: Choice) -> Samples:
         except Exception as error:
             raise FileFault(f"{name}: cannot be read as TIFF: {error}") from error
     assert first is not None
+    series = f"{len(names)} files are read as slices of one volume, {names[0]} to {names[-1]}"
     if is_colored(first.axes):
         index = [slice(None)] * 4
-        return Samples(**colored(values, first.axes, index, first.said, associated=first.associated))
+        made = colored(values, first.axes, index, first.said, associated=first.associated)
+        return Samples(**(made | {"notes": (series, *made.get("notes", ()))}))
     marked, notes = without_marked(values, first.marks, "tag GDAL_NODATA", choice)
-    return Samples(marked, notes=notes)
+    return Samples(marked, notes=(series, *notes))
 
 
 class _Slice(NamedTuple):

@@ -141,7 +141,8 @@ class ChunkedSource(ABC):
             return ()
         first, reason = next(iter(self.unread.items()))
         count = f"{len(self.unread)} chunk{'s' if len(self.unread) > 1 else ''}"
-        return (f"{self.level}: {count} could not be read and count as missing; the first is {first}: {reason}",)
+        of = f"{self.reading.name}: {self.level}"
+        return (f"{of}: {count} could not be read and count as missing; the first is {first}: {reason}",)
 
     def read(self, box: Box) -> NDArray:
         """Return the samples of a box; raise InputError, which names the chunk, if it cannot be read."""
@@ -174,7 +175,7 @@ class ChunkedSource(ABC):
     def _tell(self, chunk: str, reason: str) -> None:
         """Keep what is missing, or raise InputError where missing chunks are not allowed."""
         if not self.reading.missing_chunks:
-            hint = "; --missing-chunks draws such chunks as missing"
+            hint = "; --missing-chunks (--add-missing-chunks if it is of --add) draws such chunks as missing"
             raise InputError(f"{self.reading.name}: {self.level}: {chunk} cannot be read: {reason}{hint}")
         with self._lock:
             if not self.unread:
