@@ -31,7 +31,7 @@ def crosses(start: Any, end: Any, rect: Rect) -> bool:
     return bool(((x > rect.left) & (x < rect.right) & (y > rect.top) & (y < rect.bottom)).any())
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(
     st.tuples(st.integers(60, 450), st.integers(60, 350)),
     st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda eye: max(map(abs, eye)) > 0.1),

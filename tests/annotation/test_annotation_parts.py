@@ -247,7 +247,7 @@ def overlapping(rects: list[Rect]) -> list[tuple[Rect, Rect]]:
     return [(one, other) for number, one in enumerate(rects) for other in rects[:number] if one.meets(other)]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(
     st.tuples(st.integers(40, 450), st.integers(40, 350)),
     st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-1, 1)).filter(lambda eye: max(map(abs, eye)) > 0.1),

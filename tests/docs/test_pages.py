@@ -137,13 +137,15 @@ def run_commands(block: Block, where: str, request: pytest.FixtureRequest) -> No
         assert status == expected, f"{where}: {' '.join(words)}"
 
 
+MOST = {"--size": 64, "--orbit": 6, "--tour": 6}  # pixels along a side, and views around or along a tour
+
+
 def smaller(words: list[str]) -> list[str]:
-    """The words of a command that draws no picture of more than 64 pixels along a side."""
-    at = words.index("--size") + 1 if "--size" in words else 0
-    if not at:
-        return words
-    size = "x".join(str(min(int(side), 64)) for side in words[at].split("x"))
-    return [*words[:at], size, *words[at + 1 :]]
+    """The words of a command whose pictures are small, and few."""
+    return [
+        "x".join(str(min(int(number), MOST[before])) for number in word.split("x")) if before in MOST else word
+        for before, word in zip(["", *words], words, strict=False)
+    ]
 
 
 def test_blocks_that_are_not_run_say_why_and_are_counted() -> None:

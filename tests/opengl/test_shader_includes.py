@@ -88,7 +88,7 @@ SWITCHES: dict[str, list[Switches]] = {
     "obliquity.glsl": product(PERSPECTIVE=EITHER),
     "optics.glsl": product(SHALLOW=EITHER),
     "pixel_ray.glsl": product(PERSPECTIVE=EITHER),
-    "projection.glsl": rows("projection")[:8],
+    "projection.glsl": rows("projection", count=8),
     "sampled_slabs.glsl": [
         each | {"AT_ONCE": at_once, "DIVIDES": 0, "WHOLE_SLABS": at_once // 2 - 1}
         for each in slabs_of(0, 1, 2)
@@ -99,10 +99,10 @@ SWITCHES: dict[str, list[Switches]] = {
         for each in [NO_LIGHT, *EVERY_LIGHT]
         for either in EITHER
     ],
-    "several.glsl": rows("several")[:3],
+    "several.glsl": rows("several", count=3),
     "skip.glsl": product(BRICKS=EITHER),
     "slab_runs.glsl": [WHOLE | each for each in product(SKIPS=EITHER, CLASSIFICATION=(0, 2, 3), BRICKS=EITHER)],
-    "slab_stack.glsl": rows("slab_stack")[:8],
+    "slab_stack.glsl": rows("slab_stack", count=8),
     "stack_walk.glsl": [seen | each for seen in VISIBLE for each in product(PERSPECTIVE=EITHER, BRICKS=EITHER)],
     "surface_color.glsl": [
         each | {"PERSPECTIVE": either, "CUE": either, "FETCHED": 0}

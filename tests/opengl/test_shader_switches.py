@@ -26,7 +26,7 @@ def test_every_few_values_that_meet_do_so_in_a_row(strength: int) -> None:
     all_rows = [
         dict(zip(block, values, strict=True)) for block in blocks for values in itertools.product(*block.values())
     ]
-    found = covering(blocks, strength)
+    found = [*covering(blocks, strength)]
     assert all(row in all_rows for row in found)
     meeting, covered = (
         {each for row in some for each in itertools.combinations(sorted(row.items()), strength)}

@@ -26,7 +26,9 @@ from texvol.comparison import pictures
 from texvol.formats.readers.detection import FORMATS
 from texvol.geometry import reading
 
-COUNT = 2900  # of damaged files: all made by hand, and 60 more of a kind, 10 of slow ones; see scripts/fuzz.py
+# Of damaged files: all made by hand, and 30 more of a kind, 5 of slow ones. scripts/fuzz.py tries any number.
+COUNT = 1800
+STORES = 150
 SEED = 18
 SCRIPT = Path(__file__).parents[2] / "scripts/fuzz.py"
 
@@ -57,12 +59,23 @@ def test_damaged_files_are_read_or_refused(inputs: fuzz.Inputs, tmp_path: Path) 
 
 def test_damaged_stores_are_read_or_refused(tmp_path: Path) -> None:
     """In a process of their own: whoever forks must not have threads of TensorStore."""
-    line = [sys.executable, str(SCRIPT), "--kinds", "zarr", "--count", "300", "--seed", str(SEED), "-o", str(tmp_path)]
+    line = [
+        sys.executable,
+        str(SCRIPT),
+        "--seed",
+        str(SEED),
+        "--kinds",
+        "zarr",
+        "--count",
+        str(STORES),
+        "-o",
+        str(tmp_path),
+    ]
     done = subprocess.run(line, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    ((read, refused),) = re.findall(r"\| zarr \| 300 \| (\d+) \| (\d+) \|", done.stdout)
-    assert int(read) + int(refused) == 300
-    assert min(int(read), int(refused)) > 30, "the damage teaches nothing"
+    ((read, refused),) = re.findall(rf"\| zarr \| {STORES} \| (\d+) \| (\d+) \|", done.stdout)
+    assert int(read) + int(refused) == STORES
+    assert min(int(read), int(refused)) > 0.1 * STORES, "the damage teaches nothing"
 
 
 def test_damage_of_stores_is_of_every_kind() -> None:

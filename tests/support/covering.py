@@ -8,7 +8,7 @@ product of 27 switches. Rows are found greedily (Cohen, Dalal, Fredman and Patto
 from __future__ import annotations
 
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 
 import numpy as np
@@ -17,8 +17,8 @@ Block = Mapping[str, Sequence[int]]  # values of each switch, of which any go to
 _CANDIDATES = 4  # rows of which the best is taken
 
 
-def covering(blocks: Sequence[Block], strength: int) -> list[dict[str, int]]:
-    """Rows of the blocks, in which every `strength` values occur together that do so in any row of any block.
+def covering(blocks: Sequence[Block], strength: int) -> Iterator[dict[str, int]]:
+    """Yield rows of the blocks, in which every `strength` values occur together that do so in any row of any block.
 
     Parameters
     ----------
@@ -29,15 +29,14 @@ def covering(blocks: Sequence[Block], strength: int) -> list[dict[str, int]]:
     numbers = {item: number for number, item in enumerate(items)}
     columns = [[[numbers[name, value] for value in values] for name, values in block.items()] for block in blocks]
     left = _wanted([name for name, _ in items], columns, strength)
-    chance, rows = random.Random(0), []
+    chance = random.Random(0)
     while left.any():
         first = np.unravel_index(left.argmax(), left.shape)
         homes = [block for block in columns if {*first} <= {item for values in block for item in values}]
         candidates = [_row(chance.choice(homes), list(first), left, chance) for _ in range(_CANDIDATES)]
         best = max(candidates, key=lambda row: left[np.ix_(*[row] * strength)].sum())
         left[np.ix_(*[best] * strength)] = False
-        rows.append(dict(items[number] for number in sorted(best)))
-    return rows
+        yield dict(items[number] for number in sorted(best))
 
 
 def _wanted(names: list[str], columns: list[list[list[int]]], strength: int) -> np.ndarray:

@@ -33,7 +33,7 @@ _OF_TIME_AND_LIST = [
     *("play", "step +1", "step last", "eye 1", "eye 2", "eye 1", "remove 1", "undo", "undo", "as-labels 1"),
     *("opacity 2 0.5", "color 1 #ff8000", "spacing 1 1,2,1", "transform 2 none"),
 ]
-_KINDS: Mapping[str, int] = {"move": 50, "button": 18, "scroll": 8, "key": 14, "command": 6, "resize": 1, "text": 3}
+KINDS: Mapping[str, int] = {"move": 50, "button": 18, "scroll": 8, "key": 14, "command": 6, "resize": 1, "text": 3}
 
 
 def random_steps(seed: int, count: int) -> Steps:
@@ -45,7 +45,7 @@ def random_steps(seed: int, count: int) -> Steps:
     held: str | None = None
     for number in range(count):
         step: dict[str, Any] = {"t": round(_APART * number, 3)}
-        kind = chance.choices(tuple(_KINDS), tuple(_KINDS.values()))[0]
+        kind = chance.choices(tuple(KINDS), tuple(KINDS.values()))[0]
         if kind == "move":
             step |= {"kind": kind, "x": chance.randrange(-20, 600), "y": chance.randrange(-20, 420)}
         elif kind == "button":

@@ -6,7 +6,7 @@ Which do follows from texvol/opengl/uniforms.py, and from the programs' own modu
 from __future__ import annotations
 
 from functools import cache
-from itertools import cycle
+from itertools import cycle, islice
 
 from support.covering import covering
 from texvol.opengl.uniforms import NO_LIGHT, NOTHING_SPECIAL
@@ -121,10 +121,10 @@ def shadow_blocks() -> Blocks:
 
 
 @cache
-def rows(program: str, strength: int | None = None) -> list[dict[str, int]]:
+def rows(program: str, strength: int | None = None, count: int | None = None) -> list[dict[str, int]]:
     """Rows of switches of a program: every three that meet, or fewer where there are many switches or known includes.
 
-    Or every so many as `strength` says.
+    Or every so many as `strength` says. The first `count` rows are found sooner than all.
 
     Numbers of ramps up to 3 stand for each other, and so do the larger ones: all of them occur.
     """
@@ -139,7 +139,7 @@ def rows(program: str, strength: int | None = None) -> list[dict[str, int]]:
     ramps = {SOME: cycle(NUMBERS_OF_RAMPS[:2]), MANY: cycle(NUMBERS_OF_RAMPS[2:])}
     # The programs of polygons are made of the includes of slab_stack.glsl.
     usual = {"several": 2, "slab_ends": 1, "slab_polygon": 1}.get(program, 3)
-    found = covering(blocks[program], strength or usual)
+    found = islice(covering(blocks[program], strength or usual), count)
     return [
         {name: next(ramps[value]) if name.startswith("RAMPS") and value else value for name, value in row.items()}
         for row in found

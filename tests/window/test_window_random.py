@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from support.random_actions import (
     FREED_AT_ONCE,
+    KINDS,
     channels_over_time,
     check_window,
     grown,
@@ -17,11 +18,12 @@ from support.random_actions import (
 from support.windows import ball, display  # noqa: F401 (display is a fixture)
 
 # `python scripts/window_actions.py` plays any number of actions.
-ACTIONS, REPEATED = 300, 200
+ACTIONS, REPEATED = 200, 150
+SEEDS = 1, 2
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("seed", "opens"), [(1, ball), (2, channels_over_time)])
+@pytest.mark.parametrize(("seed", "opens"), [*zip(SEEDS, (ball, channels_over_time), strict=True)])
 def test_random_actions_leave_the_window_whole(
     display: str,  # noqa: F811
     tmp_path: Path,
@@ -42,6 +44,12 @@ def test_what_stays_is_growth_and_what_comes_and_goes_is_not() -> None:
     assert grown([100], [100] * 20, [100, 144, 144, 100] * 5) == 0
     assert grown([7], [7, 20, 60, 98, 98, 98], [98] * 6) == 0, "a process that begins late"
     assert grown([], [7, 8, 9], [50, 60, 70]) == 0
+
+
+def test_every_kind_of_action_is_played() -> None:
+    for seed in SEEDS:
+        played = {step.get("kind", step.get("do")) for step in random_steps(seed, ACTIONS)}
+        assert played == KINDS.keys()
 
 
 def test_the_repeats_are_the_first_actions_again() -> None:

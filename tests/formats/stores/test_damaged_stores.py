@@ -15,7 +15,7 @@ from support.fuzzing.seeds_zarr import NAME, seeds
 
 from texvol.cli.command_line import main
 
-COUNT = 120
+COUNT = 60
 SEED = 5
 
 

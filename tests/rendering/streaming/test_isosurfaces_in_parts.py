@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose, assert_array_equal
-from rendering.streaming.test_numbers_in_parts import camera_of, interpolated
+from rendering.streaming.test_numbers_in_parts import VIEWS, camera_of, interpolated
 from support.large import large, of_levels
 from support.quick_stats import quick_stats
 
@@ -55,9 +55,15 @@ def along(volume: Volume, *direction: int) -> Camera:
     return Camera.framing(volume, eye=volume.centre + 4 * volume.radius * np.array(direction), up=up)
 
 
-@pytest.mark.parametrize("view", ["orthographic", "perspective", "inside"])
-@pytest.mark.parametrize("dtype", [np.uint8, np.float32, np.int32])
-@pytest.mark.parametrize("surfaces", [{"isovalue": 140.3}, {"isosurfaces": THREE}])
+# Each type with each view, with one surface and with three, and each view with one and with three.
+@pytest.mark.parametrize(
+    ("view", "dtype", "surfaces"),
+    [
+        (view, dtype, ({"isovalue": 140.3}, {"isosurfaces": THREE})[(m + n) % 2])
+        for m, view in enumerate(VIEWS)
+        for n, dtype in enumerate((np.uint8, np.float32, np.int32))
+    ],
+)
 def test_surfaces_are_those_of_the_volume_in_memory(
     renderer: Renderer, surfaces: dict[str, Any], dtype: Any, view: str
 ) -> None:
