@@ -88,7 +88,9 @@ class Brick:
         Along an axis that is cut c is a power of two where `cut` made the brick: so the position differs from that in
         the texture of the whole by a whole number of samples, to the last bit. Along others it is the same position.
         """
-        cut = (np.array(self.texture_size) != np.array(self.dimensions)) | (self.level > 0)
+        # With its room beyond, the texture of a part may be as long as the box, and begin elsewhere.
+        is_part = np.array(self.stored_first) != 0
+        cut = (np.array(self.texture_size) != np.array(self.dimensions)) | is_part | (self.level > 0)
         samples = np.where(cut, self.samples_per_box, 1.0)
         before = np.where(cut, self.samples_before, 0.0)
         return samples, before, np.where(cut, 1.0 / np.array(self.texture_size), 1.0)
