@@ -90,7 +90,11 @@ class _Parser(argparse.ArgumentParser):
             near = f"; {self.command} has no such option" if elsewhere else did_you_mean(found[1], options)
         elif found:
             near = did_you_mean(found[2], re.findall(r"[\w-]+", found[3]))
-        raise InputError(message.removeprefix("argument ") + near + f" (see {self.prog} --help)")
+        # Of a command's words too many, the parser of all commands complains.
+        commands = next((each.choices for each in self._actions if isinstance(each, argparse._SubParsersAction)), {})
+        of_command = message.startswith("unrecognized") and self.command in commands
+        where = f"{self.prog} {self.command}" if of_command else self.prog
+        raise InputError(message.removeprefix("argument ") + near + f" (see {where} --help)")
 
 
 def main(line: Sequence[str] | None = None) -> int:

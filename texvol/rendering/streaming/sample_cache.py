@@ -161,7 +161,7 @@ class SampleCache:
         whole = samples * grid.dtype.itemsize
         return NoRoomError(
             f"{self.volume.name}: memory must have room for the {whole / 1e6:.3g} MB of one brick with its "
-            f"margin and of the chunks that it is in, got {self.room / 1e6:.3g} MB"
+            f"margin and of the chunks that it is in, got {self.room / 1e6:.3g} MB: allow more by --memory"
         )
 
     @property
