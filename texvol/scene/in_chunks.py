@@ -13,8 +13,6 @@ from texvol.scene.large_volume import Box, LargeVolume, Level, Triple
 from texvol.scene.volume import Volume
 
 _CHUNK = 64  # samples along an axis
-
-
 # By the identity of a volume, which lives as long as the large one does, and the memory for its parts.
 _KNOWN: WeakValueDictionary[tuple[int, int | None], LargeVolume] = WeakValueDictionary()
 _STORES: WeakKeyDictionary[LargeVolume, LargeVolume] = WeakKeyDictionary()
@@ -25,9 +23,15 @@ def in_parts(volume: Volume) -> LargeVolume:
     if not isinstance(volume, LargeVolume):
         return in_chunks(volume, None)
     if volume not in _STORES:
-        _STORES[volume] = copy(volume)
-        _STORES[volume].in_parts = True
+        made = _STORES[volume] = copy(volume)
+        made.in_parts = True
+        vars(made).pop("whole", None)  # its parts are read from the store
     return _STORES[volume]
+
+
+def is_in_chunks(volume: LargeVolume) -> bool:
+    """True if it was made by `in_chunks` of a volume in memory."""
+    return isinstance(volume.levels[0].source, _InMemory)
 
 
 def in_chunks(volume: Volume, memory: int | None) -> LargeVolume:

@@ -197,11 +197,6 @@ class LargeVolume(Volume):
         return self.part(0, (0, 0, 0), self.dimensions)
 
     @property
-    def is_in_memory(self) -> bool:
-        """True if `whole` has been read."""
-        return "whole" in vars(self)
-
-    @property
     def shape(self) -> Triple:
         """Numbers of samples (nz, ny, nx) of level 0."""
         return self.levels[0].source.shape

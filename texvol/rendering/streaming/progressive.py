@@ -20,7 +20,7 @@ from texvol.scene.scene import Scene
 
 _FIRST = 1 << 21  # samples of the first level, at most: drawn in well under a second
 _LEAST_SIDE = 16  # samples along the longest side: fewer show nothing that anybody recognises
-_LEAST_PIXELS = 128  # along the shorter side: of smaller pictures half of the pixels save no time
+_LEAST_PIXELS = 128  # along the shorter side: of smaller pictures a quarter of the pixels saves no time
 
 
 @dataclass(frozen=True)

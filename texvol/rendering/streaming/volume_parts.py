@@ -10,6 +10,7 @@ from texvol.opengl.part_store import PartStore
 from texvol.opengl.texture_store import Stopwatch, is_software
 from texvol.rendering.streaming.ahead import PartsAhead
 from texvol.rendering.streaming.sample_cache import SampleCache
+from texvol.scene.in_chunks import is_in_chunks
 from texvol.scene.large_volume import LargeVolume
 
 _OF_MEMORY = 1 / 4  # for textures, where they are in the machine's memory
@@ -32,7 +33,7 @@ class VolumeParts:
         self.volume = volume
         software = is_software(context)
         # Samples that are in memory anyway take none of it.
-        shared = software and not volume.is_in_memory
+        shared = software and not is_in_chunks(volume)
         self.texture_bytes = min(budget, int(memory * _OF_MEMORY)) if shared else budget
         of_textures = self.texture_bytes if shared else 0
         self.cache = SampleCache(volume, max(memory - of_textures, memory // 2))
