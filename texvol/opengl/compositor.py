@@ -240,6 +240,19 @@ class Compositor:
             self._target = whole
         self.composite(textures[0], blending)
 
+    @contextmanager
+    def into(self, target: moderngl.Framebuffer) -> Iterator[None]:
+        """Draw what follows into another float32 target, which may have another size."""
+        whole = self._target, self._target_key, self._layers
+        self._target, self._target_key, self._layers = target, None, {}
+        target.use()
+        try:
+            yield
+        finally:
+            self._release_layers()
+            self._target, self._target_key, self._layers = whole
+            self.target.use()
+
     def finish(self) -> None:
         """Wait until everything asked for is drawn."""
         self._gl.finish()
@@ -285,11 +298,15 @@ class Compositor:
         return self._target
 
     def _release_target(self) -> None:
-        for framebuffer in (self._target, *(each for each, _ in self._layers.values())):
-            if framebuffer is not None:
-                release_target(self._gl, framebuffer)
-        self._layers = {}
+        self._release_layers()
+        if self._target is not None:
+            release_target(self._gl, self._target)
         self._target = self._target_key = None
+
+    def _release_layers(self) -> None:
+        for framebuffer, _ in self._layers.values():
+            release_target(self._gl, framebuffer)
+        self._layers = {}
 
     def _cleared_layers(self, components: tuple[int, ...]) -> Layers:
         if components not in self._layers:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
 from texvol.opengl.texture_store import BYTES, Stopwatch, largest_texture
@@ -39,6 +42,20 @@ class AnyPictures:
     def draw_by(self, compositor: Compositor) -> None:
         """Draw what follows by another compositor on the same context."""
         self.in_memory.compositor = self.in_parts.compositor = self.of_several.compositor = compositor
+
+    @contextmanager
+    def estimating(self) -> Iterator[None]:
+        """Estimate the error of what is drawn inside while its parts are there, if they would be read again for it."""
+        self.in_parts.draws_estimates, self.in_parts.estimated = True, None
+        try:
+            yield
+        finally:
+            self.in_parts.draws_estimates = False
+
+    @property
+    def estimated(self) -> float | None:
+        """Estimated error of what was drawn last while that was to be found; None if it was not."""
+        return self.in_parts.estimated
 
     def lack_of_room(self, scene: Scene) -> str:
         """Return why the textures of a scene's volumes have no room together, if that is known before they are made."""

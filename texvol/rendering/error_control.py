@@ -282,10 +282,10 @@ class _HeldAgainstAnother:
 
 def finest_rate(scene: Scene) -> float:
     """Largest rate, in slabs per smallest spacing, at which a reference of twice the rate can still be drawn."""
-    return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / _thinnest(scene) / 2, 1, FINEST_RATE))))
+    return float(2 ** np.floor(np.log2(np.clip(scene.smallest_spacing / thinnest(scene) / 2, 1, FINEST_RATE))))
 
 
-def _thinnest(scene: Scene) -> float:
+def thinnest(scene: Scene) -> float:
     """Least slab thickness: the largest number of slabs then fills the box from every view."""
     return 2 * scene.box.radius / MOST_SLABS
 
@@ -336,7 +336,7 @@ def estimate_by_finer(
     can be drawn.
     """
     reference = converging(scene)
-    most = min(float(_MOST_HALVINGS), float(np.log2(thickness / _thinnest(scene))))
+    most = min(float(_MOST_HALVINGS), float(np.log2(thickness / thinnest(scene))))
     # Thin slabs of `post` miss as much as those of half their thickness find too much: a quarter leaves less margin.
     least = 2.0 if scene.mode == "composite" and scene.classification == "post" else 1.0
     first = max(min(max(float(np.log2(thickness / scene.smallest_spacing)) + 1, least), most), 1.0)

@@ -44,6 +44,11 @@ class LastPicture:
         return error_control.if_finite(found)
 
     @property
+    def _found_error(self) -> float | None:
+        """Estimated error of the last picture that was found while it was drawn."""
+        return self.estimate if self.estimate is not None else error_control.if_finite(self._estimates.quick)
+
+    @property
     def check(self) -> checking.Check | None:
         """Check of the last picture against the oracle; None if no pixel was checked."""
         return self._check

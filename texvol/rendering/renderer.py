@@ -222,7 +222,9 @@ class Renderer(LastPicture):
                 picture = choice.picture
                 self._by_tiles = (error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
             if max_error is None or repeat > 1:
-                picture = self._draw(complete, size, settings, repeat)
+                with self._pictures.estimating():
+                    picture = self._draw(complete, size, settings, repeat)
+                self._estimates = self._estimates._replace(quick=self._pictures.estimated)
         self._last = complete, size, settings
         picture = picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
         checking.warn_of_lost_digits(pictures.lost_digits)
@@ -316,7 +318,7 @@ class Renderer(LastPicture):
         scene, settings = cast(CompleteScene, self._unrefined), self.settings
         opened = partial(Renderer, self.backend, device=self._context.device)
         again = partial(drawn_again, opened, scene, size, settings)
-        self._drawn = Drawn(scene, settings, self.attributes, self.estimate, again, weakref.ref(self))
+        self._drawn = Drawn(scene, settings, self.attributes, self._found_error, again, weakref.ref(self))
         return Picture.of(array, self._drawn)
 
     def _pictures_of(self, scene: Scene) -> Pictures:
@@ -382,7 +384,8 @@ class Renderer(LastPicture):
         pictures = self._pictures_of(scene)
         how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
         is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
-        own = OwnTexels(pictures.hidden_rounding if is_plain else "values", self._default_rate.estimate)
+        by_slabs = self._default_rate.estimate or self._pictures.estimated
+        own = OwnTexels(pictures.hidden_rounding if is_plain else "values", by_slabs)
         with suppress(NoRoomError):
             self._estimates = estimates(pictures, *how, self._estimates, own)
 

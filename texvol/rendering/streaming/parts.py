@@ -93,7 +93,7 @@ class PictureOfParts(RegionsOfPicture):
         scene, asked = self.scene, self.settings.texture_format
         if scene.mode == "isosurface":
             return asked if asked == REFERENCE else "rgba32f"  # as below
-        if self._is_exact or (self.projection is not None and asked != REFERENCE):
+        if self.is_exact or (self.projection is not None and asked != REFERENCE):
             return "exact"
         if scene.needs_gradient and scene.classification in ("post", "integrated"):
             return "rgba32f"  # whose gradients need no scale that all parts have in common
@@ -103,7 +103,7 @@ class PictureOfParts(RegionsOfPicture):
         return "rgba32f" if asked == REFERENCE and scene.classification in ("slab", "extinction") else asked
 
     @cached_property
-    def _is_exact(self) -> bool:
+    def is_exact(self) -> bool:
         """True if values are stored as they are in every texel format."""
         scene, volume = self.scene, self.volume
         if scene.classification not in ("post", "integrated") or scene.needs_gradient or self.projection is not None:
@@ -133,7 +133,7 @@ class PictureOfParts(RegionsOfPicture):
         if brick.level and self._has_distributions:
             kind = "distributions"
         else:
-            kind = "values" if self._is_exact else scene.classification
+            kind = "values" if self.is_exact else scene.classification
             kind = kind if self.projection is None else f"numbers {self._sign_of_bounds} {scene.isovalues}"
         samples = f"{brick.level} {self.left_to_coarse(brick)}"
         return (self.volume, scene.medium, kind, self.texel_format, thickness, samples, *light)
@@ -189,7 +189,7 @@ class PictureOfParts(RegionsOfPicture):
         """True if chunks that do not matter are not sampled, but next to one that does: they are skipped as cells."""
         if level or self.settings.level_error is not None:  # the finest level continues where chunks are left to others
             return False
-        return self._is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
+        return self.is_exact and self.settings.skips(self.scene) and self.visible_chunks is not None
 
     @property
     def _chunks_per_box(self) -> tuple[float, float, float]:
@@ -272,7 +272,11 @@ class PictureOfParts(RegionsOfPicture):
 
     def draw(self, compositor: Compositor, part: Part, known: dict[str, AnyTexture] | None = None) -> None:
         """Composite a part behind the picture so far; or draw its numbers, of which some may be `known`."""
-        drawing = replace(self.drawing, volumes=(self.drawn_volume(part),), known=known or {})
+        self.draw_by(replace(self.drawing, known=known or {}), compositor, part)
+
+    def draw_by(self, drawing: Drawing, compositor: Compositor, part: Part) -> None:
+        """Composite a part, that shows something, by a drawing of the same scene."""
+        drawing = replace(drawing, volumes=(self.drawn_volume(part),))
         assert part.shown is not None
         if self.volume.nearest:
             draw_together(compositor, drawing, [part.brick], part.shown)

@@ -31,6 +31,7 @@ from texvol.rendering.stats import described_alike
 from texvol.rendering.streaming.extremes import KnownExtremes
 from texvol.rendering.streaming.ordering import Drawn, KnownLevels
 from texvol.rendering.streaming.parts import PictureOfParts
+from texvol.rendering.streaming.side_pictures import SidePictures, tells_error
 from texvol.rendering.streaming.visibility import Hiding, Screen
 from texvol.rendering.streaming.volume_parts import VolumeParts, reading_of
 from texvol.rendering.volume_cache import rounding_of_values
@@ -60,6 +61,9 @@ class StreamedPictures:
         self._known = KnownLargest(context.gl)
         self._formats: set[str] = set()
         self._known_levels: tuple[tuple[Any, ...], KnownLevels] | None = None
+        self.draws_estimates = False  # True: small pictures tell the error of the next ones, where they pay
+        self.estimated: float | None = None
+        self._side: SidePictures | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
     def draw(
@@ -138,7 +142,7 @@ class StreamedPictures:
         picture.levels = self._levels_of(picture)
         picture.drawing = drawing = replace(picture.drawing, count=count)
         self._formats, self.lost_digits, self._rounding = set(), 0.0, 0.0
-        self._vouches = drawing.projection is not None
+        self._vouches = drawing.projection is not None or picture.is_exact
         adds_up = drawing.projection is not None and scene.mode in NUMBER_MODES
         self._collected = CollectedNumbers(drawing.projection, size) if adds_up and drawing.projection else None
         compositor = self.compositor
@@ -152,7 +156,7 @@ class StreamedPictures:
         cache.expect([(brick.level, brick.stored_first, brick.stored_last) for brick in bricks])
         screen = self._screen_of(picture)
         try:
-            with cache.counted():
+            with cache.counted(), self._estimating(picture, order if block is None else []):
                 self._draw_all(order, screen, parts, picture)
         except BaseException:
             cache.forget()  # so that what could not be read is tried again
@@ -162,6 +166,20 @@ class StreamedPictures:
         self.drawn.hidden, self.bricks_drawn = screen.hidden, self.drawn.drawn
         compositor.finish()
         return drawing
+
+    @contextmanager
+    def _estimating(self, picture: PictureOfParts, order: list[Region]) -> Iterator[None]:
+        """Draw small pictures along, where they are wanted and pay, and estimate the error from them."""
+        if not (self.draws_estimates and tells_error(picture, picture.bytes_of(order))):
+            yield
+            return
+        self._side = SidePictures(self._context.gl, self.compositor, picture)
+        try:
+            yield
+            self.estimated = self._side.error()
+        finally:
+            self._side.release()
+            self._side = None
 
     def _screen_of(self, picture: PictureOfParts) -> Hiding:
         """Return what knows, while a picture is drawn, what would not change it."""
@@ -196,6 +214,8 @@ class StreamedPictures:
         """Composite a part behind the picture so far; or draw it by itself and collect its numbers."""
         if self._collected is None:
             picture.draw(self.compositor, part)
+            if self._side is not None:
+                self._side.draw(part)
             return
         assert part.shown is not None and isinstance(part.baked, ValueTexture)
         where, mask = pixels_of(picture.volume, picture.scene.camera, picture.size, part.shown)

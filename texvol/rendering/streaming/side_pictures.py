@@ -1,0 +1,77 @@
+"""Small pictures that are drawn along with that of a large volume, part by part, and tell its error.
+
+A part is forgotten once it has been drawn, and an estimate by pictures that come later reads all of them again. So two
+pictures of few rays, one with slabs of a quarter of the thickness, are drawn from each part while it is on the device.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import moderngl
+
+from texvol.opengl.compositor import Compositor
+from texvol.opengl.drawing import Drawing, View
+from texvol.opengl.part_store import Part
+from texvol.opengl.shaders import release_target
+from texvol.rendering.error_control import estimate, rounding_of, thinnest
+from texvol.rendering.streaming.parts import PictureOfParts
+
+_HALVINGS = 2  # of the slab thickness, from one picture to the other
+_MOST_PIXELS = 64  # along a side: both pictures take a fifteenth of the time of 512×512 pixels
+_LEAST_BYTES = 1e8  # of texels: pictures of fewer take no second, and are drawn again for an estimate
+Size = tuple[int, int]
+
+
+def tells_error(picture: PictureOfParts, texel_bytes: float) -> bool:
+    """Return True if a picture, whose regions have so many bytes of texels, is one that side pictures pay for.
+
+    Texels of `slab` hold slabs of one thickness, and tell nothing of thinner ones.
+    """
+    scene, drawing = picture.scene, picture.drawing
+    can_be = scene.mode == "composite" and scene.classification != "slab" and not drawing.count
+    finest = drawing.view.slab_thickness / 2**_HALVINGS
+    return can_be and texel_bytes >= _LEAST_BYTES and finest >= thinnest(scene)
+
+
+class SidePictures:
+    """Two small pictures of a view, with slabs of its thickness and of a quarter of it."""
+
+    def __init__(self, gl: moderngl.Context, compositor: Compositor, picture: PictureOfParts) -> None:
+        self._gl, self._compositor, self._picture = gl, compositor, picture
+        view, size = picture.drawing.view, _small(picture.size)
+        thicknesses = view.slab_thickness, view.slab_thickness / 2**_HALVINGS
+        views = [View(view.camera, size, each, view.origin) for each in thicknesses]
+        self._drawings = [replace(picture.drawing, view=each) for each in views]
+        self._targets = [gl.framebuffer([gl.texture(size, 4, dtype="f4")]) for _ in views]
+        for target in self._targets:
+            target.clear()
+
+    def draw(self, part: Part) -> None:
+        """Composite a part behind each picture so far."""
+        for drawing, target in self._each():
+            with self._compositor.into(target):
+                self._picture.draw_by(drawing, self._compositor, part)
+
+    def error(self) -> float:
+        """Estimate the largest error of all pixels of the picture, when all parts have been drawn."""
+        found = []
+        for drawing, target in self._each():
+            with self._compositor.into(target):
+                found.append(self._compositor.picture(drawing.color_scale))
+        small, finer = found
+        return estimate(small, finer, _HALVINGS, rounding_of(self._picture.scene), math.prod(self._picture.size))
+
+    def release(self) -> None:
+        """Release the targets."""
+        for target in self._targets:
+            release_target(self._gl, target)
+
+    def _each(self) -> list[tuple[Drawing, moderngl.Framebuffer]]:
+        return list(zip(self._drawings, self._targets, strict=True))
+
+
+def _small(size: Size) -> Size:
+    shrink = min(1.0, _MOST_PIXELS / max(size))
+    return max(1, round(shrink * size[0])), max(1, round(shrink * size[1]))
