@@ -31,6 +31,7 @@ from texvol.slicing.bricks import Brick
 from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
+Target = moderngl.Framebuffer
 Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
 
 
@@ -240,8 +241,18 @@ class Compositor:
             self._target = whole
         self.composite(textures[0], blending)
 
+    def empty_target(self, size: tuple[int, int]) -> Target:
+        """Return a float32 target of a size to draw `into`, with nothing in it; whoever has it releases it."""
+        made = self._gl.framebuffer([self._gl.texture(size, 4, dtype="f4")])
+        made.clear()
+        return made
+
+    def release_target(self, target: Target) -> None:
+        """Release a target of `empty_target`."""
+        release_target(self._gl, target)
+
     @contextmanager
-    def into(self, target: moderngl.Framebuffer) -> Iterator[None]:
+    def into(self, target: Target) -> Iterator[None]:
         """Draw what follows into another float32 target, which may have another size."""
         whole = self._target, self._target_key, self._layers
         self._target, self._target_key, self._layers = target, None, {}

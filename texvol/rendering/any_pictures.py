@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from typing import ParamSpec
+
+import numpy as np
+from numpy.typing import NDArray
 
 from texvol.opengl.compositor import Compositor
 from texvol.opengl.contexts import Context
@@ -15,6 +18,8 @@ from texvol.rendering.streaming.several import PicturesOfSeveral
 from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import Scene
 from texvol.scene.volume import Volume
+
+_How = ParamSpec("_How")
 
 
 class AnyPictures:
@@ -43,19 +48,15 @@ class AnyPictures:
         """Draw what follows by another compositor on the same context."""
         self.in_memory.compositor = self.in_parts.compositor = self.of_several.compositor = compositor
 
-    @contextmanager
-    def estimating(self) -> Iterator[None]:
-        """Estimate the error of what is drawn inside while its parts are there, if they would be read again for it."""
+    def with_estimate(
+        self, draw: Callable[_How, NDArray[np.float32]], *args: _How.args, **how: _How.kwargs
+    ) -> tuple[NDArray[np.float32], float | None]:
+        """Draw a picture, and estimate its error meanwhile if all parts would be read again for it; None if not."""
         self.in_parts.draws_estimates, self.in_parts.estimated = True, None
         try:
-            yield
+            return draw(*args, **how), self.in_parts.estimated
         finally:
             self.in_parts.draws_estimates = False
-
-    @property
-    def estimated(self) -> float | None:
-        """Estimated error of what was drawn last while that was to be found; None if it was not."""
-        return self.in_parts.estimated
 
     def lack_of_room(self, scene: Scene) -> str:
         """Return why the textures of a scene's volumes have no room together, if that is known before they are made."""

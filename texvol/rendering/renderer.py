@@ -209,7 +209,7 @@ class Renderer(LastPicture):
         settings = replace(settings, adaptive=checked_adaptive(adaptive, complete, settings, any(rates[:2])))
         level_asked = LevelsAskedFor(level, level_error, max_error, rates[0] or rates[1], coarser_by_pixels)
         settings = with_levels_told(complete, size, settings, level_asked)
-        self._stats, self._notes, self._estimates, self._check = {}, {}, Estimates(), None
+        self._stats, self._notes, self._estimates, self._check, quick = {}, {}, Estimates(), None, None
         self._unrefined, self.drawn_scene, self._is_of_post, self._by_tiles = complete, scene, of == "post", (None, ())
         with self._context:
             factor, error = asked.refinement(complete, size, settings, self._budget, self._exactly)
@@ -222,10 +222,8 @@ class Renderer(LastPicture):
                 picture = choice.picture
                 self._by_tiles = (error, choice.passes) if len(choice.passes) > 1 and repeat == 1 else (None, ())
             if max_error is None or repeat > 1:
-                with self._pictures.estimating():
-                    picture = self._draw(complete, size, settings, repeat)
-                self._estimates = self._estimates._replace(quick=self._pictures.estimated)
-        self._last = complete, size, settings
+                picture, quick = self._pictures.with_estimate(self._draw, complete, size, settings, repeat)
+        self._last, self._estimates = (complete, size, settings), self._estimates._replace(quick=quick)
         picture = picture if scene.mode in NUMBER_MODES else over_background(picture, scene.background)
         checking.warn_of_lost_digits(pictures.lost_digits)
         if check is not None or max_error is not None:
@@ -384,7 +382,7 @@ class Renderer(LastPicture):
         pictures = self._pictures_of(scene)
         how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
         is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
-        by_slabs = self._default_rate.estimate or self._pictures.estimated
+        by_slabs = self._default_rate.estimate or self._pictures.in_parts.estimated
         own = OwnTexels(pictures.hidden_rounding if is_plain else "values", by_slabs)
         with suppress(NoRoomError):
             self._estimates = estimates(pictures, *how, self._estimates, own)

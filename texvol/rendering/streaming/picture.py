@@ -173,7 +173,7 @@ class StreamedPictures:
         if not (self.draws_estimates and tells_error(picture, picture.bytes_of(order))):
             yield
             return
-        self._side = SidePictures(self._context.gl, self.compositor, picture)
+        self._side = SidePictures(self.compositor, picture)
         try:
             yield
             self.estimated = self._side.error()

@@ -9,17 +9,14 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import moderngl
-
-from texvol.opengl.compositor import Compositor
+from texvol.opengl.compositor import Compositor, Target
 from texvol.opengl.drawing import Drawing, View
 from texvol.opengl.part_store import Part
-from texvol.opengl.shaders import release_target
 from texvol.rendering.error_control import estimate, rounding_of, thinnest
 from texvol.rendering.streaming.parts import PictureOfParts
 
 _HALVINGS = 2  # of the slab thickness, from one picture to the other
-_MOST_PIXELS = 64  # along a side: both pictures take a fifteenth of the time of 512×512 pixels
+_MOST_PIXELS = 96  # along a side: both pictures take a tenth of the time of 512×512 pixels; fewer pixels know less
 _LEAST_BYTES = 1e8  # of texels: pictures of fewer take no second, and are drawn again for an estimate
 Size = tuple[int, int]
 
@@ -38,15 +35,13 @@ def tells_error(picture: PictureOfParts, texel_bytes: float) -> bool:
 class SidePictures:
     """Two small pictures of a view, with slabs of its thickness and of a quarter of it."""
 
-    def __init__(self, gl: moderngl.Context, compositor: Compositor, picture: PictureOfParts) -> None:
-        self._gl, self._compositor, self._picture = gl, compositor, picture
+    def __init__(self, compositor: Compositor, picture: PictureOfParts) -> None:
+        self._compositor, self._picture = compositor, picture
         view, size = picture.drawing.view, _small(picture.size)
         thicknesses = view.slab_thickness, view.slab_thickness / 2**_HALVINGS
         views = [View(view.camera, size, each, view.origin) for each in thicknesses]
         self._drawings = [replace(picture.drawing, view=each) for each in views]
-        self._targets = [gl.framebuffer([gl.texture(size, 4, dtype="f4")]) for _ in views]
-        for target in self._targets:
-            target.clear()
+        self._targets = [compositor.empty_target(size) for _ in views]
 
     def draw(self, part: Part) -> None:
         """Composite a part behind each picture so far."""
@@ -66,9 +61,9 @@ class SidePictures:
     def release(self) -> None:
         """Release the targets."""
         for target in self._targets:
-            release_target(self._gl, target)
+            self._compositor.release_target(target)
 
-    def _each(self) -> list[tuple[Drawing, moderngl.Framebuffer]]:
+    def _each(self) -> list[tuple[Drawing, Target]]:
         return list(zip(self._drawings, self._targets, strict=True))
 
 
