@@ -18,7 +18,10 @@ from support.stores import field, served, write_ome
 from texvol import InputError, Volume, load
 from texvol.__main__ import main
 from texvol.formats.stores import access
+from texvol.formats.stores.access import ServerFault
+from texvol.formats.stores.tensor_source import TensorSource
 from texvol.formats.stores.writing.convert import Layout, convert
+from texvol.scene.large_volume import LargeVolume
 
 # Three attempts more, 2 s apart at most, and the time of a slow machine.
 PATIENCE = 20.0
@@ -148,6 +151,32 @@ def test_a_server_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch
         message = str(raised(InputError, load, url))
         assert 2 < time.monotonic() - start < PATIENCE
     assert "its server has sent nothing for 2 s" in message
+
+
+class Slow:
+    """What is read of files and comes late, although no byte is missing any more: it is still being decoded."""
+
+    def __init__(self, times: int) -> None:
+        self.left = times
+
+    def result(self, timeout: float) -> np.ndarray:
+        self.left -= 1
+        if self.left >= 0:
+            raise TimeoutError
+        return np.zeros(3, np.uint8)
+
+
+def test_files_that_take_long_to_decode_are_waited_for(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(access, "_PATIENCE", -1.0)
+    volume = load(folder / "v0.5.ome.zarr")
+    assert isinstance(volume, LargeVolume)
+    source = volume.levels[0].source
+    assert isinstance(source, TensorSource)
+    assert_array_equal(source._received(Slow(3)), np.zeros(3))
+    with served(folder) as (url, _):
+        distant = access.Store(f"{url}/v0.5.ome.zarr")
+        with pytest.raises(ServerFault, match="has sent nothing"):
+            access.waited(Slow(3), check_alive=distant.check_alive)
 
 
 def test_a_page_that_is_not_found_is_no_store(folder: Path) -> None:

@@ -154,12 +154,14 @@ class Store:
             spec |= {"metadata": self.json(joined(key, "zarr.json" if version == 3 else ".zarray"))}
         return tensorstore.open(spec, context=self._context, read=True, open=True, assume_metadata=knows)
 
-    def check_alive(self) -> None:
-        """Raise ServerFault if the server refuses to answer; do nothing of a store on this machine."""
+    @property
+    def check_alive(self) -> Callable[[], None] | None:
+        """What raises ServerFault if the server refuses to answer; None of a store on this machine."""
+        return self._ask_server if self.is_remote else None
+
+    def _ask_server(self) -> None:
         import tensorstore
 
-        if not self.is_remote:
-            return
         once = {"max_retries": 1, "initial_delay": "100ms", "max_delay": "100ms"}
         # A context of its own, so that the question is not queued behind those that wait.
         context = tensorstore.Context({"http_request_retries": once, "s3_request_retries": once})
@@ -212,7 +214,9 @@ class ServerFault(FileFault):
     """A server that does not answer, which is not the fault of a chunk."""
 
 
-def waited(future: Any, where: str = "", check_alive: Callable[[], None] | None = None) -> Any:
+def waited(
+    future: Any, where: str = "", check_alive: Callable[[], None] | None = None, *, of_files: bool = False
+) -> Any:
     """Return the result of TensorStore's future.
 
     Parameters
@@ -222,6 +226,8 @@ def waited(future: Any, where: str = "", check_alive: Callable[[], None] | None 
     check_alive : callable, optional
         Called when no byte has come for some seconds; raises ServerFault if the server is gone. TensorStore itself ends
         only when it has tried every single chunk.
+    of_files : bool
+        True if files are read, which no server sends: gigabytes of them may take minutes to decode.
 
     Raises
     ------
@@ -236,7 +242,7 @@ def waited(future: Any, where: str = "", check_alive: Callable[[], None] | None 
             waiting = time.monotonic() - since
             if (now := bytes_so_far()) != seen:
                 seen, since, asked = now, time.monotonic(), False
-            elif waiting > _PATIENCE:
+            elif waiting > _PATIENCE and not of_files:
                 raise ServerFault(f"{where}its server has sent nothing for {_PATIENCE:g} s") from None
             elif waiting > _DOUBT and check_alive is not None and not asked:
                 asked = True

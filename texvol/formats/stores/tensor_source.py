@@ -70,12 +70,12 @@ class TensorSource(ChunkedSource):
     """Samples of a TensorStore."""
 
     store: Any
-    check_alive: Callable[[], None]
+    check_alive: Callable[[], None] | None  # None: its samples are in files
     _bytes: int = 0
 
     @classmethod
     def of(
-        cls, store: Any, layout: Layout, level: str, reading: Reading, check_alive: Callable[[], None]
+        cls, store: Any, layout: Layout, level: str, reading: Reading, check_alive: Callable[[], None] | None
     ) -> TensorSource:
         """Return the samples of an open TensorStore; raise FileFault if these are no real numbers."""
         check_sizes(store.shape)
@@ -128,7 +128,7 @@ class TensorSource(ChunkedSource):
 
     def _received(self, future: Any) -> NDArray:
         try:
-            found = np.asarray(waited(future, check_alive=self.check_alive))
+            found = np.asarray(waited(future, check_alive=self.check_alive, of_files=self.check_alive is None))
         except MemoryError:
             raise FileFault("needs more memory than there is") from None
         return found.astype(self.stored_type) if found.dtype.kind not in "iufb" or not found.dtype.isnative else found
