@@ -40,6 +40,18 @@ _LOWER = (
         "test_render.py -k 'background'",
     ),
     Mistake(
+        *("rendering", "side_pictures:SidePictures.__init__"),
+        *("view.slab_thickness / 2**_HALVINGS", "view.slab_thickness"),
+        "both pictures that tell the error of a large volume have the same slabs",
+        "test_side_pictures.py -k 'bounds_the_error'",
+    ),
+    Mistake(
+        *("rendering", "several:_Turn.part"),
+        *("brick.position != region.position", "brick.position == region.position"),
+        "of several large volumes a part is drawn where another one belongs",
+        "test_several_in_parts.py -k 'in_memory and one_grid or in_memory and one and orthographic'",
+    ),
+    Mistake(
         *("opengl", "compositor:Compositor.pixels"),
         *("pixels[::-1]", "pixels"),
         "pictures stand on their head",
@@ -50,6 +62,12 @@ _LOWER = (
         *("(samples + 0.5) / factor - 0.5", "samples / factor"),
         "finer samples lie beside where they belong",
         "test_refinement.py -k 'in_between'",
+    ),
+    Mistake(
+        *("slicing", "bricks:Brick.texture_from_box"),
+        *(" | is_part", ""),
+        "a part whose texture is as long as the volume lies at its beginning",
+        "test_region_bricks.py",
     ),
     Mistake(
         *("opengl", "wilson:slab_middles"),
