@@ -209,3 +209,13 @@ def test_what_lies_where_nothing_was_read_is_not_seen(
     drawn = renderer.render(replace(scene, volume=stored), SIZE, level=0)
     assert sum(left) > 100_000
     assert_allclose(drawn, renderer.render(scene, SIZE), atol=ROUNDING)
+
+
+def test_the_oracle_reads_no_large_store_as_a_whole_for_what_shows(
+    volume: Volume, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exact, "_MOST_WHOLE", volume.values.nbytes - 1)
+    scene = Scene(volume, HAZE, camera_of(volume, "perspective"), classification="post")
+    stored, (finest, *_) = large(volume)  # it fits
+    assert_allclose(exact.raycast(replace(scene, volume=stored), SIZE), raycast(scene, SIZE), atol=1e-11)
+    assert 0 < finest.reads.sum() < finest.reads.size

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.rendering.streaming.exact_regions import regions_of_oracle
-from texvol.rendering.streaming.kinds import all_in_parts, fits, reason_for_memory
+from texvol.rendering.streaming.kinds import all_in_parts, fits, large_volumes, reason_for_memory
 from texvol.rendering.streaming.ordering import with_settled_light
 from texvol.scene.cutting import ClipPlane
 from texvol.scene.large_volume import LargeVolume
@@ -28,6 +28,7 @@ Numbers = NDArray[np.float64]
 _OPAQUE = 1e-12  # transmittance that shows in no digit of the oracle
 # Samples from the middle between two, where a surface may lie in a whole face, and rounding on either side of it.
 _ASIDE = 0.0041
+_MOST_WHOLE = 2e9  # bytes of samples that are read as a whole where they fit, whatever of them shows
 
 
 def raycast(
@@ -40,7 +41,8 @@ def raycast(
 ) -> Numbers:
     """Return the exact picture of a scene: see `texvol.ray_casting.raycast`.
 
-    A `LargeVolume` that does not fit in its memory is read and integrated region by region.
+    A `LargeVolume` that does not fit in its memory, or of which more would be read than shows, is read and integrated
+    region by region.
 
     Raises
     ------
@@ -50,7 +52,7 @@ def raycast(
     from texvol import ray_casting
 
     size = checked_size(size)
-    if is_in_parts(scene) and texture_refinement == 1 and not fits(scene):
+    if is_in_parts(scene) and texture_refinement == 1 and not _is_to_be_whole(scene):
         return raycast_pixels(scene, size, _all_pixels(size), tell).reshape(*size[::-1], 4)
     how: dict[str, Any] = {"texture_refinement": texture_refinement, "shadow_nodes": shadow_nodes}
     return ray_casting.raycast(scene.in_memory("the oracle"), size, **how, tell=tell)
@@ -229,6 +231,12 @@ def is_in_parts(scene: Scene) -> bool:
     if scene.cutting.caps and scene.mode == "composite":
         return False
     return reason_for_memory(scene) is None
+
+
+def _is_to_be_whole(scene: Scene) -> bool:
+    """True if the samples of all volumes fit in memory, and are few or there already."""
+    unread = [volume for volume in large_volumes(scene) if "whole" not in vars(volume)]
+    return fits(scene) and sum(volume.levels[0].bytes for volume in unread) <= _MOST_WHOLE
 
 
 def _settled(scene: CompleteScene) -> CompleteScene:
