@@ -156,7 +156,7 @@ class Store:
 
     @property
     def check_alive(self) -> Callable[[], None] | None:
-        """What raises ServerFault if the server refuses to answer; None of a store on this machine."""
+        """Function that raises ServerFault if the server refuses to answer; None of a store on this machine."""
         return self._ask_server if self.is_remote else None
 
     def _ask_server(self) -> None:
