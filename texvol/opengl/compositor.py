@@ -32,7 +32,7 @@ from texvol.slicing.slabs import SlabStacks
 from texvol.util.errors import InputError
 
 Target = moderngl.Framebuffer
-Layers = tuple[moderngl.Framebuffer, list[moderngl.Texture]]
+Layers = tuple[Target, list[moderngl.Texture]]
 
 
 class Compositor:
@@ -255,7 +255,7 @@ class Compositor:
     def into(self, target: Target) -> Iterator[None]:
         """Draw what follows into another float32 target, which may have another size."""
         whole = self._target, self._target_key, self._layers
-        self._target, self._target_key, self._layers = target, None, {}
+        self._target, self._target_key, self._layers = target, (target.size, "rgba32f"), {}
         target.use()
         try:
             yield

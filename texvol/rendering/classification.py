@@ -22,6 +22,7 @@ from texvol.rendering.error_control import DrawScene, Size, smaller
 from texvol.rendering.model_error import AskedOfModel, Classified
 from texvol.rendering.settings import Settings
 from texvol.scene.large_volume import LargeVolume
+from texvol.scene.picture_size import shrunk
 from texvol.scene.refinement import refined_scene
 from texvol.scene.scene import CompleteScene, Scene
 from texvol.slicing.slabs import slabs_crossed_about
@@ -104,9 +105,7 @@ class ClassificationChooser:
 
 def _small(size: Size) -> Size:
     """Return the size of the pictures that are compared."""
-    width, height = smaller(size)
-    shrink = min(1.0, _MOST_PIXELS / max(width, height))
-    return max(1, round(shrink * width)), max(1, round(shrink * height))
+    return shrunk(smaller(size), _MOST_PIXELS)
 
 
 def _obvious(scene: Scene, settings: Settings, asked: AskedOfModel) -> Classified | None:

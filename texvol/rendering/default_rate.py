@@ -34,6 +34,7 @@ from texvol.rendering.model_error import Classified
 from texvol.rendering.settings import DEFAULT_EARLY_TERMINATION, PARTS, Settings
 from texvol.rendering.shadow_error import ShadowError
 from texvol.scene.large_volume import LargeVolume
+from texvol.scene.picture_size import shrunk
 from texvol.scene.scene import CompleteScene
 from texvol.slicing.slabs import slabs_crossed_about
 from texvol.util.errors import InputError
@@ -68,9 +69,7 @@ class _Choice(NamedTuple):
 
 def _small(size: Size) -> Size:
     """Return the size of the pictures that are compared."""
-    width, height = smaller(size)
-    shrink = min(1.0, _MOST_PIXELS / max(width, height))
-    return max(1, round(shrink * width)), max(1, round(shrink * height))
+    return shrunk(smaller(size), _MOST_PIXELS)
 
 
 class DefaultRate:

@@ -382,7 +382,8 @@ class Renderer(LastPicture):
         pictures = self._pictures_of(scene)
         how = self._draw, self._exactly, (scene, self._unrefined or scene), size, settings
         is_plain = settings.texture_format == "auto" and self._finest_interpolation is None
-        by_slabs = self._default_rate.estimate or self._pictures.in_parts.estimated
+        known = self._default_rate.estimate
+        by_slabs = self._pictures.in_parts.estimated if known is None else known
         own = OwnTexels(pictures.hidden_rounding if is_plain else "values", by_slabs)
         with suppress(NoRoomError):
             self._estimates = estimates(pictures, *how, self._estimates, own)

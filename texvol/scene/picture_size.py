@@ -26,3 +26,9 @@ def checked_size(size: AnySize) -> tuple[int, int]:
     if isinstance(size, bool) or min(width, height) < 1:
         raise InputError(f"size must be at least one pixel along each side, got {width}x{height}")
     return width, height
+
+
+def shrunk(size: tuple[int, int], longest: float) -> tuple[int, int]:
+    """Return a size of the same shape whose sides have at most `longest` pixels; the size itself if they have."""
+    factor = min(1.0, longest / max(size))
+    return max(1, round(factor * size[0])), max(1, round(factor * size[1]))

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.camera import Camera
+from texvol.scene.picture_size import shrunk
 from texvol.scene.volume import Volume
 from texvol.util.errors import InputError
 
@@ -91,8 +92,7 @@ def slab_stacks(
 
 def slabs_crossed_about(volume: Volume, camera: Camera, slab_thickness: float, size: tuple[int, int]) -> float:
     """Estimate `slabs_crossed` from at most `_COUNTED` rays along each side, for a picture that may be huge."""
-    shrink = min(1.0, _COUNTED / max(size))
-    few = max(1, round(shrink * size[0])), max(1, round(shrink * size[1]))
+    few = shrunk(size, _COUNTED)
     return slabs_crossed(volume, camera, slab_thickness, few) * (size[0] * size[1]) / (few[0] * few[1])
 
 

@@ -154,7 +154,7 @@ def test_a_server_that_never_answers_is_given_up(monkeypatch: pytest.MonkeyPatch
 
 
 class Slow:
-    """What is read of files and comes late, although no byte is missing any more: it is still being decoded."""
+    """Future whose samples come late although all bytes have been read: they are still being decoded."""
 
     def __init__(self, times: int) -> None:
         self.left = times

@@ -39,6 +39,7 @@ from texvol.scene.large_volume import LargeVolume
 from texvol.scene.scene import NUMBER_MODES, CompleteScene
 from texvol.slicing.coverage import pixels_of
 from texvol.slicing.regions import Region, regions_of_level
+from texvol.textures.spread_texture import SpreadTexture
 from texvol.textures.value_storage import HOPELESS, ULP
 from texvol.textures.value_texture import Rounded, ValueTexture
 from texvol.util.statistics import median
@@ -61,8 +62,8 @@ class StreamedPictures:
         self._known = KnownLargest(context.gl)
         self._formats: set[str] = set()
         self._known_levels: tuple[tuple[Any, ...], KnownLevels] | None = None
-        self.draws_estimates = False  # True: small pictures tell the error of the next ones, where they pay
-        self.estimated: float | None = None
+        self.draws_estimates = False  # True: small pictures tell the error of the next one, if that is worth it
+        self.estimated: float | None = None  # error of the last of these
         self._side: SidePictures | None = None
         self.tell: Callable[[float], None] = lambda fraction: None  # is told which fraction of a picture is drawn
 
@@ -169,7 +170,7 @@ class StreamedPictures:
 
     @contextmanager
     def _estimating(self, picture: PictureOfParts, order: list[Region]) -> Iterator[None]:
-        """Draw small pictures along, where they are wanted and pay, and estimate the error from them."""
+        """Draw small pictures along if they are wanted and worth it, and estimate the error from them."""
         if not (self.draws_estimates and tells_error(picture, picture.bytes_of(order))):
             yield
             return
@@ -177,6 +178,7 @@ class StreamedPictures:
         try:
             yield
             self.estimated = self._side.error()
+            self.draws_estimates = False  # what is drawn again is drawn for its time
         finally:
             self._side.release()
             self._side = None
@@ -238,6 +240,8 @@ class StreamedPictures:
             if scene.mode != "composite":
                 self._rounding = max(self._rounding, rounding_of_values(part.baked, scene))
                 self._vouches &= part.baked.storage.vouches_for_itself(part.baked.volume)
+        if isinstance(part.baked, SpreadTexture):  # its deviations are rounded
+            self._vouches = False
 
     @property
     def stats(self) -> dict[str, Any]:

@@ -14,17 +14,18 @@ from texvol.opengl.drawing import Drawing, View
 from texvol.opengl.part_store import Part
 from texvol.rendering.error_control import estimate, rounding_of, thinnest
 from texvol.rendering.streaming.parts import PictureOfParts
+from texvol.scene.picture_size import shrunk
 
 _HALVINGS = 2  # of the slab thickness, from one picture to the other
 _MOST_PIXELS = 96  # along a side: both pictures take a tenth of the time of 512×512 pixels; fewer pixels know less
-_LEAST_BYTES = 1e8  # of texels: pictures of fewer take no second, and are drawn again for an estimate
-Size = tuple[int, int]
+_LEAST_BYTES = 1e8  # of texels: pictures of fewer are drawn again within a second
 
 
 def tells_error(picture: PictureOfParts, texel_bytes: float) -> bool:
-    """Return True if a picture, whose regions have so many bytes of texels, is one that side pictures pay for.
+    """Return True if small pictures can tell a picture's error, and cost less than to read its parts once more.
 
-    Texels of `slab` hold slabs of one thickness, and tell nothing of thinner ones.
+    `texel_bytes` is how many bytes of texels its regions have. Those of `slab` hold slabs of one thickness, and tell
+    nothing of thinner ones.
     """
     scene, drawing = picture.scene, picture.drawing
     can_be = scene.mode == "composite" and scene.classification != "slab" and not drawing.count
@@ -37,7 +38,7 @@ class SidePictures:
 
     def __init__(self, compositor: Compositor, picture: PictureOfParts) -> None:
         self._compositor, self._picture = compositor, picture
-        view, size = picture.drawing.view, _small(picture.size)
+        view, size = picture.drawing.view, shrunk(picture.size, _MOST_PIXELS)
         thicknesses = view.slab_thickness, view.slab_thickness / 2**_HALVINGS
         views = [View(view.camera, size, each, view.origin) for each in thicknesses]
         self._drawings = [replace(picture.drawing, view=each) for each in views]
@@ -65,8 +66,3 @@ class SidePictures:
 
     def _each(self) -> list[tuple[Drawing, Target]]:
         return list(zip(self._drawings, self._targets, strict=True))
-
-
-def _small(size: Size) -> Size:
-    shrink = min(1.0, _MOST_PIXELS / max(size))
-    return max(1, round(shrink * size[0])), max(1, round(shrink * size[1]))
