@@ -18,7 +18,7 @@ from texvol.scene.picture_size import shrunk
 
 _HALVINGS = 2  # of the slab thickness, from one picture to the other
 _MOST_PIXELS = 96  # along a side: both pictures take a tenth of the time of 512×512 pixels; fewer pixels know less
-_LEAST_BYTES = 1e8  # of texels: pictures of fewer are drawn again within a second
+_LEAST_BYTES = 1e7  # of texels: fewer are drawn again within a second, and first progressive pictures are quicker
 
 
 def tells_error(picture: PictureOfParts, texel_bytes: float) -> bool:
