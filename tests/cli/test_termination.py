@@ -64,6 +64,47 @@ sys.exit(main(["--version"]))
     assert (process.returncode, process.stdout, process.stderr) == (130, "", "texvol: interrupted\n")
 
 
+_LOADS = """
+import os, signal, sys
+from texvol.__main__ import main
+from texvol.cli import command_line
+from texvol.options import first_choice
+from texvol.util.errors import InputError
+
+def loads(*_):
+    try:
+        os.kill(os.getpid(), {number})
+        signal.sigtimedwait([], 5)
+        sys.exit()
+    except BaseException:
+        raise ImportError("could not import module datetime") from None
+
+def reads(*_):
+    try:
+        loads()
+    except ImportError as error:
+        raise InputError("reading this needs the extra zarr") from error
+
+{patch}
+sys.exit(main(["info", "v.npy"]))
+"""
+
+
+@pytest.mark.parametrize(
+    ("number", "patch", "status", "said"),
+    [
+        (signal.SIGINT, "command_line.main = loads", 130, "texvol: interrupted\n"),
+        (signal.SIGINT, "first_choice.volume_of = reads", 130, "texvol: interrupted\n"),
+        (signal.SIGTERM, "first_choice.volume_of = reads", 143, "texvol: ended by SIGTERM\n"),
+        (0, "first_choice.volume_of = reads", 2, "texvol: error: reading this needs the extra zarr\n"),
+    ],
+)
+def test_a_signal_of_which_a_library_makes_an_import_error(number: int, patch: str, status: int, said: str) -> None:
+    """As compiled libraries do of any exception; without a signal (number 0) the error is what it says."""
+    process = _ended(_LOADS.format(number=int(number), patch=patch))
+    assert (process.returncode, process.stdout, process.stderr) == (status, "", said)
+
+
 @pytest.mark.parametrize(
     ("stop", "raised"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, termination.Terminated)]
 )

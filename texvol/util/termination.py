@@ -1,7 +1,7 @@
 """Signals that end a command: SIGTERM and SIGHUP raise an exception, as ctrl-C does, so that it can clean up.
 
-`postponed` keeps these exceptions out of code that they would leave broken, and `never_lost` raises them again where
-Python drops them.
+`postponed` keeps these exceptions out of code that they would leave broken. `never_lost` raises them again where Python
+drops them, and both contexts where a library that was loading has made an ImportError of them.
 """
 
 from __future__ import annotations
@@ -9,12 +9,14 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from types import FrameType
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 _LATER = 0.01  # seconds: raised at once, it would be dropped with the rest of the callback
+_arrived: list[int] = []  # signals since `never_lost` began
 
 
 class Terminated(BaseException):
@@ -36,6 +38,9 @@ def heard() -> Iterator[None]:
         for each in ours:
             signal.signal(each, _raise)
         yield
+    except Exception as error:
+        _raise_what_ended(error)
+        raise
     finally:
         for each in ours:
             signal.signal(each, signal.SIG_DFL)
@@ -49,23 +54,48 @@ def never_lost() -> Iterator[None]:
     command that is interrupted while its libraries load would go on as if nothing had been said.
     """
     before = sys.unraisablehook
-
-    def again(dropped: sys.UnraisableHookArgs) -> None:
-        if not isinstance(dropped.exc_value, KeyboardInterrupt | Terminated):
-            before(dropped)
-            return
-        number = signal.SIGINT
-        if isinstance(dropped.exc_value, Terminated):
-            number = dropped.exc_value.number
-            signal.signal(number, _raise)
-        # A signal to the main thread also ends what it waits for, which _thread.interrupt_main would not.
-        threading.Timer(_LATER, signal.pthread_kill, (threading.main_thread().ident, number)).start()
-
-    sys.unraisablehook = again
+    _arrived.clear()
+    ours = threading.current_thread() is threading.main_thread()
+    ours = ours and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    sys.unraisablehook = partial(_again, before)
     try:
+        if ours:
+            signal.signal(signal.SIGINT, _interrupt)
         yield
+    except Exception as error:
+        _raise_what_ended(error)
+        raise
     finally:
         sys.unraisablehook = before
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _raise_what_ended(error: BaseException) -> None:
+    """Raise KeyboardInterrupt or Terminated if a signal arrived and an import failed on the way to this error.
+
+    Compiled libraries (numpy's, for one) import others and say of any exception that the import failed.
+    """
+    while not isinstance(error, ImportError):
+        earlier = error.__cause__ or error.__context__
+        if earlier is None:
+            return
+        error = earlier
+    if _arrived:
+        raise (KeyboardInterrupt() if _arrived[-1] == signal.SIGINT else Terminated(_arrived[-1])) from error
+
+
+def _again(before: Callable[[sys.UnraisableHookArgs], object], dropped: sys.UnraisableHookArgs) -> None:
+    """Send a signal again whose exception was dropped; anything else goes to the hook before ours."""
+    if not isinstance(dropped.exc_value, KeyboardInterrupt | Terminated):
+        before(dropped)
+        return
+    number = signal.SIGINT
+    if isinstance(dropped.exc_value, Terminated):
+        number = dropped.exc_value.number
+        signal.signal(number, _raise)
+    # A signal to the main thread also ends what it waits for, which _thread.interrupt_main would not.
+    threading.Timer(_LATER, signal.pthread_kill, (threading.main_thread().ident, number)).start()
 
 
 @contextmanager
@@ -108,6 +138,12 @@ def unheard_by_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    _arrived.append(number)
+    signal.default_int_handler(number, frame)
+
+
 def _raise(number: int, frame: FrameType | None) -> None:
+    _arrived.append(number)
     signal.signal(number, signal.SIG_DFL)  # a second signal ends the process at once
     raise Terminated(number)
