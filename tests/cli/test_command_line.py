@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import os
 import resource
@@ -14,6 +15,7 @@ import OpenImageIO as oiio
 import pytest
 
 from texvol.__main__ import main
+from texvol.cli import command_line
 from texvol.comparison import compare
 from texvol.formats.pictures import image
 
@@ -348,3 +350,16 @@ def test_values_and_extinctions_of_any_size_are_drawn_without_a_word(
             assert run(*line) == 0
             assert np.isfinite(image.read("h.exr")).all()
     assert capsys.readouterr().err == ""
+
+
+def test_a_parser_of_one_command_is_that_of_all() -> None:
+    def commands(parser: argparse.ArgumentParser) -> dict[str, argparse.ArgumentParser]:
+        (found,) = (action for action in parser._actions if isinstance(action, argparse._SubParsersAction))
+        return dict(found.choices)
+
+    together = commands(command_line._parser())
+    assert list(together) == list(command_line._COMMANDS)
+    for name in set(together) - set(command_line._OF_ALL):
+        alone = commands(command_line._parser(name))
+        assert list(alone) == [name]
+        assert alone[name].format_help() == together[name].format_help()

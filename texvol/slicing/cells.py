@@ -108,19 +108,33 @@ def skips_of(visible: NDArray[np.bool_]) -> NDArray[np.uint8]:
     All cells less than r away are like it, along the axes and diagonals of the octant. The first half along an axis
     is for directions that go up along it, the second for those that go down.
     """
-    empty = np.where(visible, np.uint8(0), np.uint8(255))
-    alike = np.stack([empty, ~empty])
-    reach = np.ones((8, *visible.shape), np.uint8)
-    for _ in range(_FARTHEST_SKIP - 1):
-        alike = _eroded(alike)
-        of_a_kind = alike[0] | alike[1]
-        if not of_a_kind.any():
-            break
-        for octant in range(8):
-            reach[octant] += of_a_kind >> octant & 1
+    reach = np.full((8, *visible.shape), _FARTHEST_SKIP, np.uint8)
+    if visible.any() and not visible.all():
+        _find_reach(reach, visible)
     cz, cy, cx = visible.shape
     by_axis = (2 * reach + visible).reshape(2, 2, 2, cz, cy, cx).transpose(0, 3, 1, 4, 2, 5)
     return by_axis.reshape(2 * cz, 2 * cy, 2 * cx)
+
+
+def _find_reach(reach: NDArray[np.uint8], visible: NDArray[np.bool_]) -> None:
+    """Fill in how far from each cell the first one of the other kind is, in each octant."""
+    empty = np.where(visible, np.uint8(0), np.uint8(255))
+    alike = np.stack([empty, ~empty])
+    up, down = _beyond_rows(alike.shape)
+    octants = np.arange(8, dtype=np.uint8).reshape(8, 1, 1, 1)
+    left = _FARTHEST_SKIP - 1
+    reach[:] = 1
+    while left:
+        alike = _eroded(alike, up, down)
+        of_a_kind = alike[0] | alike[1]
+        if not of_a_kind.any():
+            break
+        # What is alike for as many cells as the longest axis has, is so for all that are asked for.
+        steps = 1 if _FARTHEST_SKIP - left < max(visible.shape) else left
+        alike_in = of_a_kind >> octants
+        alike_in &= 1
+        reach += alike_in if steps == 1 else steps * alike_in
+        left -= steps
 
 
 def cell_side(samples: float) -> int:
@@ -161,8 +175,18 @@ def _spread(numbers: NDArray, reduce: np.ufunc) -> NDArray:
     return numbers
 
 
-def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return for each octant the cells, (…, cz, cy, cx), that are set together with their 7 neighbours in it."""
+def _beyond_rows(shape: tuple[int, ...]) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
+    """Return for cells and octants where the next cell of a row does not matter, and where the one before."""
+    up, down = np.full(shape, _DOWN["x"], np.uint8), np.full(shape, 255 - _DOWN["x"], np.uint8)
+    up[..., -1] = down[..., 0] = 255
+    return up, down
+
+
+def _eroded(alike: NDArray[np.uint8], up: NDArray[np.uint8], down: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return for each octant the cells, (…, cz, cy, cx), that are set together with their 7 neighbours in it.
+
+    `up` and `down` are `_beyond_rows` of the shape.
+    """
     for axis, goes_down in ((1, _DOWN["z"]), (2, _DOWN["y"])):
         here, next_one = ((slice(None),) * axis + (part,) for part in (slice(None, -1), slice(1, None)))
         shrunk = alike.copy()
@@ -170,8 +194,6 @@ def _eroded(alike: NDArray[np.uint8]) -> NDArray[np.uint8]:
         shrunk[next_one] &= alike[here] | np.uint8(255 - goes_down)
         alike = shrunk
     # Rows are short, and each takes numpy as long as many cells: along them all at once, but for what is beyond an end.
-    up, down = np.full_like(alike, _DOWN["x"]), np.full_like(alike, 255 - _DOWN["x"])
-    up[..., -1] = down[..., 0] = 255
     shrunk = alike.copy()
     flat, before, up, down = (each.reshape(-1) for each in (shrunk, alike, up, down))
     flat[:-1] &= before[1:] | up[:-1]

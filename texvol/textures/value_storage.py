@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -229,8 +230,15 @@ def spread_samples(volume: Volume, count: int) -> NDArray[np.intp]:
     Multiples of 1/g, 1/g², 1/g³ with g⁴ = g + 1 fill the cube evenly (Roberts 2018, the R3 sequence), without the time
     that numpy.random takes to import.
     """
+    return (_spread(count) * np.array(volume.dimensions)).astype(np.intp)
+
+
+@lru_cache(4)  # parts of a large volume ask for the same, each
+def _spread(count: int) -> NDArray[np.float64]:
     steps = 1.2207440846057596 ** -np.arange(1.0, 4.0)
-    return (np.arange(1, count + 1)[:, np.newaxis] * steps % 1 * np.array(volume.dimensions)).astype(np.intp)
+    fractions: NDArray[np.float64] = np.arange(1, count + 1)[:, np.newaxis] * steps % 1
+    fractions.setflags(write=False)
+    return fractions
 
 
 def _bulk(volume: Volume) -> tuple[float, float]:

@@ -43,6 +43,12 @@ GLOW = TransferFunction([30, 255], [(0.004, 0.018, 0.002)] * 2, [0.01, 0.02], em
 FINEST: dict[str, Any] = {"level": 0, "sampling_rate": 2}
 
 
+@pytest.fixture
+def few_regions(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Memory is cut into a quarter of the regions, some tens: each takes milliseconds, whatever is in it."""
+    monkeypatch.setattr("texvol.slicing.regions._LEAST_PARTS", 8)
+
+
 def waves(n: int, phase: float = 0.0) -> np.ndarray:
     """A ball of waves in an empty box of odd sides."""
     z, y, x = np.ogrid[: n - 3, : n + 5, :n]
@@ -85,6 +91,7 @@ def parts_of(renderer: Renderer) -> dict[str, Any]:
     return parts
 
 
+@pytest.mark.usefixtures("few_regions")
 @pytest.mark.parametrize("projection", ["orthographic", "perspective", "inside"])
 @pytest.mark.parametrize("others", list(OTHERS))
 def test_the_picture_is_that_of_the_volumes_in_memory(renderer: Renderer, others: str, projection: str) -> None:
@@ -95,6 +102,7 @@ def test_the_picture_is_that_of_the_volumes_in_memory(renderer: Renderer, others
 
 
 # Statistics choose what is read, from the samples' range and whatever the classification.
+@pytest.mark.usefixtures("few_regions")
 @pytest.mark.parametrize(
     ("classification", "how"),
     [
@@ -110,6 +118,7 @@ def test_every_classification(renderer: Renderer, classification: str, how: dict
 
 
 # In memory gradients have 16 bits unless told.
+@pytest.mark.usefixtures("few_regions")
 @pytest.mark.parametrize(
     ("how", "accuracy"),
     [
@@ -140,6 +149,7 @@ def test_labels_in_memory_beside_stores(renderer: Renderer, first: Volume) -> No
     assert_allclose(drawn, renderer.render(scene, SIZE, sampling_rate=2), atol=OF_FACES)
 
 
+@pytest.mark.usefixtures("few_regions")
 def test_blocks_make_the_whole(renderer: Renderer) -> None:
     """Each region is drawn in one block, whatever part of the box that has."""
     scene = stored(scene_of([FAR])).completed(SIZE)
@@ -158,6 +168,7 @@ def test_blocks_make_the_whole(renderer: Renderer) -> None:
     assert regions == parts_of(renderer)["regions_drawn"]
 
 
+@pytest.mark.usefixtures("few_regions")
 def test_chunks_that_show_nothing_are_not_read(renderer: Renderer) -> None:
     scene = scene_of([BESIDE])
     values = scene.added[0].volume.values.copy()
@@ -208,6 +219,7 @@ def test_the_oracle_joins_regions(others: str, how: dict[str, Any]) -> None:
     assert_allclose(raycast(stored(scene), (16, 12)), raycast(scene, (16, 12)), atol=1e-9)
 
 
+@pytest.mark.usefixtures("few_regions")
 def test_an_error_is_kept_from_the_finest_level(renderer: Renderer) -> None:
     scene = scene_of([WITHIN])
     drawn = renderer.render(stored(scene, levels=3), (24, 20), max_error=0.01, check=60)
@@ -217,6 +229,7 @@ def test_an_error_is_kept_from_the_finest_level(renderer: Renderer) -> None:
     assert np.abs(drawn - raycast(scene, (24, 20))).max() <= 0.01
 
 
+@pytest.mark.usefixtures("few_regions")
 def test_each_volume_has_levels_of_its_own(renderer: Renderer) -> None:
     """The second one's samples lie as far apart as those of the first one's level 1."""
     coarse = Volume(waves(32), (2.0, 1.8, 2.4), FIRST.origin + 0.5 * np.array([1.0, 0.9, 1.2]), name="coarse")
@@ -239,6 +252,7 @@ def test_a_plan_counts_all_volumes(renderer: Renderer) -> None:
     assert planned.regions == drawn["regions"]
 
 
+@pytest.mark.usefixtures("few_regions")
 def test_coarse_pictures_come_first(renderer: Renderer, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("texvol.rendering.streaming.progressive._FIRST", 1 << 14)
     scene = stored(scene_of([BESIDE]), levels=3)
@@ -247,6 +261,7 @@ def test_coarse_pictures_come_first(renderer: Renderer, monkeypatch: pytest.Monk
     assert parts_of(renderer)["levels"].keys() == {"0"}
 
 
+@pytest.mark.usefixtures("few_regions")
 @pytest.mark.parametrize("missing", [0, 1])
 def test_a_chunk_that_cannot_be_read_is_named(renderer: Renderer, missing: int) -> None:
     """And the next picture asks for it again."""
