@@ -1,5 +1,5 @@
 #!/bin/sh
-# Sets up whatever is missing, checks style and types, and runs all tests; arguments go on to pytest.
+# Sets up whatever is missing, checks style, and runs all tests while types are checked; arguments go on to pytest.
 set -eu
 CDPATH='' cd -- "$(dirname -- "$0")/.."
 # Containers often set this, and each of the hundreds of processes that tests start would compile every module that it
@@ -10,11 +10,19 @@ sh scripts/setup.sh test osmesa
 # Matrix products of the tests are small: threads for them only wait for each other.
 OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
 export OPENBLAS_NUM_THREADS
-# All tests together use every kernel of the oracle: compiled beside the check of types, none is compiled in each process.
-compiling=
-if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py & compiling=$!; fi
-.venv/bin/python -m mypy --no-error-summary
-[ -z "$compiling" ] || wait "$compiling"
+# Types are checked in the time that tests leave over: a third of it they wait for windows, workers and servers.
+said=$(mktemp)
+nice -n 19 .venv/bin/python -m mypy --no-error-summary >"$said" 2>&1 &
+checking=$!
+trap 'kill $checking 2>/dev/null || :; rm -f "$said"' EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+# All tests together use every kernel of the oracle: compiled beforehand, none is compiled in each process.
+if [ $# = 0 ]; then .venv/bin/python scripts/compile_oracle.py; fi
 # Three processes: on two cores they take a fifth less time than two, since many tests wait for a window or a worker.
 # Each goes through files in order, so that programs are compiled once, and at the end takes over what others have left.
-exec .venv/bin/python -m pytest -n 3 --dist worksteal "$@"
+status=0
+.venv/bin/python -m pytest -n 3 --dist worksteal "$@" || status=$?
+wait "$checking" || { status=$?; echo "mypy:"; }
+cat "$said"
+exit "$status"
