@@ -7,11 +7,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from support.real_data import real_volume
 from support.scenes import FOG, random_volume
 
-from texvol import AddedVolume, InputError, Lighting, Scene, TransferFunction, Volume
+from texvol import AddedVolume, InputError, Lighting, Renderer, Scene, TransferFunction, Volume, load
 from texvol.options.looks import load_look
+from texvol.scene.dark_objects import ends_of
 from texvol.scene.gradient import Estimator
+from texvol.scene.kinds import kind_of
 from texvol.scene.looks import EXPOSED, Look, look_as_is, look_for, look_of
 from texvol.scene.transfer import PRESETS, preset
 
@@ -55,6 +58,31 @@ def test_values_that_look_like_labels_are_drawn_as_labels() -> None:
     assert Scene(MASK, lighting="none").volume.labels
     as_it_is = look_as_is(MASK)
     assert not as_it_is.transfer_function.materials and as_it_is.lighting == EXPOSED
+
+
+@pytest.mark.parametrize("ends", [(0.0, 1.0), (-3e4, 2e4), (1e300, 5e300)])
+def test_a_negative_is_drawn_as_what_it_is_of(renderer: Renderer, ends: tuple[float, float]) -> None:
+    z, y, x = np.ogrid[-1:1:20j, -1:1:22j, -1:1:24j]
+    brightness = np.exp(-6 * (x**2 + 2 * y**2 + z**2)) * (1 + 0.3 * np.sin(9 * x + 4 * z))
+    brightness = np.maximum(brightness / brightness.max() - 0.1, 0) / 0.9
+    low, high = ends
+    positive = Volume(low * (1 - brightness) + high * brightness, (1, 1.2, 0.9))
+    negative = Volume(high * (1 - brightness) + low * brightness, (1, 1.2, 0.9))
+    assert (look_for(positive).name, kind_of(negative).name) == ("proposal", "dark")
+    one, other = (renderer.render(Scene(each), (40, 30), slab_thickness=0.25) for each in (positive, negative))
+    assert one[..., 3].max() > 0.9
+    np.testing.assert_allclose(other, one, atol=2e-3)
+
+
+def test_negatives_of_real_volumes_have_the_transfer_function_of_their_positives() -> None:
+    for name in ("tooth/tooth.nhdr", "engine/engine.nii.gz", "fly/fly_150x256x256.tif"):
+        positive = load(real_volume(name))
+        ends = ends_of(positive)
+        negative = Volume(sum(ends) - positive.values.astype(np.float64), positive.spacing)
+        values = np.linspace(*ends, 50)
+        wanted = look_for(positive).transfer_function.classify(values)
+        found = look_for(negative).transfer_function.classify(sum(ends) - values)
+        np.testing.assert_allclose(found.extinction, wanted.extinction, rtol=0.05, atol=0.02 * wanted.extinction.max())
 
 
 def test_a_medium_that_emits_leaves_all_unlit() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from texvol.scene.air import hounsfield_by
+from texvol.scene.dark_objects import mirrored
 from texvol.scene.distances import depth_inside
 from texvol.scene.noise import LEAST_NOISE, MOST_NOISE, noise_of
 from texvol.scene.spaces import letters_of_space
@@ -24,7 +25,18 @@ from texvol.util.errors import InputError
 from texvol.util.statistics import distinct, histogram, percentile_of_sorted
 
 KindName = Literal[
-    "labels", "colours", "fluorescence", "CT", "MR", "distance", "signed", "noise", "field", "measured", "constant"
+    "labels",
+    "colours",
+    "fluorescence",
+    "CT",
+    "MR",
+    "distance",
+    "signed",
+    "dark",
+    "noise",
+    "field",
+    "measured",
+    "constant",
 ]
 
 _MOST_LEVELS = 1024  # different values that labels may have: an atlas of a brain has some 200
@@ -107,7 +119,8 @@ def _seen(volume: Volume) -> Kind:
     if ends is None or not ends[1] > ends[0]:
         return Kind("constant", "all of its values are the same" if ends else "none of its values is finite")
     samples = typical_samples(volume)
-    if levels := _label_levels(volume, samples):
+    is_dark = mirrored(volume) is not None
+    if levels := _label_levels(volume, samples, is_dark):
         return Kind("labels", f"its values are {levels} whole numbers in patches of one number each")
     low, high = ends
     if by := hounsfield_by(volume):
@@ -117,6 +130,8 @@ def _seen(volume: Volume) -> Kind:
         return Kind("distance", "its gradient has one length everywhere, as that of a signed distance has")
     if _has_two_signs(volume, samples):
         return Kind("signed", f"its values have two signs about zero, {low:g} to {high:g}")
+    if is_dark:
+        return Kind("dark", "what is in it is darker than the background around it")
     is_density = volume.unit in _ANGSTROMS  # of a molecule, whose surface lies above the noise
     if not is_density and LEAST_NOISE <= (noise := noise_of(volume)) <= MOST_NOISE:
         return Kind("noise", f"{noise:.0%} of the variance of its values is noise, which evens out where light adds up")
@@ -132,8 +147,8 @@ def _seen(volume: Volume) -> Kind:
     return Kind("measured", "nothing says what its values are")
 
 
-def _label_levels(volume: Volume, samples: NDArray[np.float64]) -> int:
-    """Return the number of different values if they look like labels, else 0.
+def _label_levels(volume: Volume, samples: NDArray[np.float64], is_dark: bool) -> int:
+    """Return the number of different values if they look like labels, else 0; of dark objects before a background too.
 
     Labels are whole numbers in patches: most neighbours have the same one. A field of few levels is in patches too, but
     from one patch to the next it goes by one level; labels beside each other have any numbers.
@@ -141,7 +156,7 @@ def _label_levels(volume: Volume, samples: NDArray[np.float64]) -> int:
     levels = distinct(samples)
     if volume.value_unit or not 2 <= levels.size <= _MOST_LEVELS or not (levels == np.rint(levels)).all():
         return 0
-    if levels[0] < 0 or levels[-1] > LARGEST_LABEL:
+    if levels[0] < 0 or levels[-1] > LARGEST_LABEL or (is_dark and levels.size == 2):
         return 0
     values = volume.overview.values
     step = max(-(-values.size // _LOOKED_AT), 1)
@@ -150,18 +165,20 @@ def _label_levels(volume: Volume, samples: NDArray[np.float64]) -> int:
         return 0
     beside = values[1::step]
     pairs = [(planes[:, :, :-1], planes[:, :, 1:]), (planes[:, :-1], planes[:, 1:]), (planes[: len(beside)], beside)]
-    return int(levels.size) if _in_patches(levels, pairs) else 0
+    return int(levels.size) if _in_patches(levels, pairs, levels[[0, -1]] if is_dark else levels[:1]) else 0
 
 
-def _in_patches(levels: NDArray[np.float64], pairs: list[tuple[NDArray, NDArray]]) -> bool:
+def _in_patches(
+    levels: NDArray[np.float64], pairs: list[tuple[NDArray, NDArray]], background: NDArray[np.float64]
+) -> bool:
     """Return True if neighbours along each axis are mostly alike, and others not mostly of neighbouring levels.
 
-    Neighbours of which one is of the lowest level, the background, have no say in the first.
+    Neighbours of which one is of a level of the background have no say in the first.
     """
     alike = _ALIKE if levels.size > _FEW_LEVELS else _ALIKE_OF_FEW if levels.size > 2 else 0.0
     all_within = all_alike = borders = far = 0
     for one, other in pairs:
-        within = (one != levels[0]) & (other != levels[0])
+        within = ~(np.isin(one, background) | np.isin(other, background))
         differs = one != other
         same, count = int((within & ~differs).sum()), int(within.sum())
         if same < _ALONG_AN_AXIS * alike * count:

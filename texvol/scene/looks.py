@@ -16,6 +16,7 @@ import numpy as np
 
 from texvol.scene.camera import Camera
 from texvol.scene.covering import covering_labels
+from texvol.scene.dark_objects import as_seen, mirrored
 from texvol.scene.distances import depth_inside
 from texvol.scene.gradient import CENTRAL, Estimator
 from texvol.scene.kinds import Kind, as_labels, kind_of
@@ -183,6 +184,8 @@ def _look_by(kind: Kind, volume: Volume) -> Look:
         return replace(look_of(name, volume), reason=kind.reason)
     if kind.name == "distance" and (depth := depth_inside(volume)) is not None:
         return Look(presets.solid_inside(volume, depth), EXPOSED, name=_SOLID, reason=kind.reason)
+    if kind.name == "dark" and (exchanged := mirrored(volume)):
+        return Look(as_seen(presets.proposed_in_light(exchanged), volume), EXPOSED, name="proposal", reason=kind.reason)
     medium = presets.proposed_for(volume) if kind.name == "colours" else presets.proposed_in_light(volume)
     return Look(medium, EXPOSED, name="proposal", reason=kind.reason)
 
