@@ -208,6 +208,12 @@ _LOWER = (
         "test_image.py test_quick_png.py",
     ),
     Mistake(
+        *("scene", "dark_objects:as_seen"),
+        *("medium.extinctions[::-1]", "medium.extinctions"),
+        "of a negative the background is dense, and what is before it clear",
+        "test_looks.py -k 'negative'",
+    ),
+    Mistake(
         *("scene", "cutting:Cutting.interval"),
         *("np.maximum(first, meets)", "np.minimum(first, meets)"),
         "of two clip planes the farther one cuts",
@@ -242,6 +248,12 @@ _LOWER = (
         *("(1 - front[..., 3:])", "(1 - back[..., 3:])"),
         "over weighs the back with its own opacity",
         "test_optics.py -k 'associative'",
+    ),
+    Mistake(
+        *("util", "termination:_raise_what_ended"),
+        *("_arrived[-1] == signal.SIGINT", "_arrived[-1] != signal.SIGINT"),
+        "SIGTERM while a library loads is taken for ctrl-C",
+        "test_termination.py -k 'import_error'",
     ),
     Mistake(
         *("util", "writing:check_apart"),
