@@ -6,7 +6,6 @@ import itertools
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -49,17 +48,58 @@ def test_tabs_hear_every_click(display: str, tmp_path: Path) -> None:  # noqa: F
         does("search", "--sync", "--onlyvisible", "--name", "texvol")
         until((tmp_path / "begun").exists)
         # The tabs stand in a row from the panel's left edge on: Medium, Scene.
-        heard = 0
         for x, name in itertools.islice(itertools.cycle(((495, "Scene"), (435, "Medium"))), CLICKS):
             does("mousemove", str(x), "24", "click", "1")
-            end = time.monotonic() + 2
-            while selected() != name and time.monotonic() < end:
-                time.sleep(0.02)
-            heard += selected() == name
-        assert heard == CLICKS
+            until(lambda name=name: selected() == name)
     finally:
         process.kill()
         process.wait()
+
+
+# A window with slow frames, in which panels of another width get the usual one by a double click on their edge.
+_SLOW = """
+import time
+from texvol.window import application, panels
+from texvol.window.events import Event
+from texvol.window.script import Player, Step
+
+widths = []
+
+def slow(desk, show=panels.show):
+    if not widths:
+        desk.preferences.width = 300
+    show(desk)
+    widths.append(desk.preferences.width)
+    time.sleep(0.3)
+
+panels.show = slow
+clicks = [Step(T + APART * n, Event("button", name="left", down=n % 2 == 0)) for n in range(4)]
+steps = [Step(0.5, Event("move", 463, 150)), *clicks]
+with application.Application(application.Plan((400, 300), player=Player(steps))) as window:
+    while len(widths) < 14:
+        window.frame()
+print(round(widths[0]), round(widths[-1]))
+"""
+
+
+@pytest.mark.parametrize(("apart", "width"), [(0.05, 360), (0.4, 300)])
+def test_slow_frames_do_not_take_a_double_click_apart_nor_make_one(
+    display: str,  # noqa: F811
+    tmp_path: Path,
+    apart: float,
+    width: int,
+) -> None:
+    code = _SLOW.replace("T + APART", f"1.3 + {apart}")
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=tmp_path,
+        env=environment(display, tmp_path),
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=PATIENCE,
+    )
+    assert (done.stdout.split(), done.stderr) == (["300", str(width)], "")
 
 
 def taken(*events: Event) -> list[list[Event]]:
@@ -111,6 +151,16 @@ def test_a_chord_is_a_frame_before_its_keys_are_released_in_either_order() -> No
     assert taken(press, ctrl_up, up) == [[press], [ctrl_up, up]]
     held_up, late_up = Event("key", name="a", modifiers=("ctrl",)), Event("key", name="left_control")
     assert taken(ctrl, press, held_up, late_up) == [[ctrl, press], [held_up, late_up]]
+
+
+def test_what_comes_late_is_told() -> None:
+    queue = Queue()
+    press, release = (Event("button", name="left", down=down) for down in (True, False))
+    queue.append(press, 7.0)
+    queue.append(release, 6.0)
+    assert queue.take() == [press] and 7.0 <= queue.late < 7.0 + PATIENCE
+    assert queue.take() == [release] and 6.0 <= queue.late < 6.0 + PATIENCE
+    assert queue.take() == [] and queue.late == 0.0
 
 
 def test_a_script_is_played_back_with_every_move() -> None:

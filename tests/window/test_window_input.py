@@ -87,23 +87,27 @@ def test_a_script_that_is_not_there_is_refused(tmp_path: Path) -> None:
         read(tmp_path / "none")
 
 
+def due(player: Player, now: float, *, at_rest: bool) -> list[Event | Action]:
+    return [step.item for step in player.due(now, at_rest=at_rest)]
+
+
 def test_the_clock_stands_still_until_the_picture_is_at_rest() -> None:
     press, move = Event("button", name="left", down=True), Event("move", 1, 1)
     player = Player([Step(0.0, move), Step(0.1, Action("rest")), Step(0.2, press)])
-    assert player.due(100.0, at_rest=False) == [move]
-    assert player.due(100.15, at_rest=False) == []
+    assert due(player, 100.0, at_rest=False) == [move]
+    assert due(player, 100.15, at_rest=False) == []
     assert player.waits
-    assert player.due(130.0, at_rest=False) == []
-    assert player.due(130.01, at_rest=True) == [Action("rest")]
-    assert player.due(130.02, at_rest=True) == []
-    assert player.due(130.12, at_rest=False) == [press]
-    assert player.over
+    assert due(player, 130.0, at_rest=False) == []
+    assert due(player, 130.01, at_rest=True) == [Action("rest")]
+    assert due(player, 130.02, at_rest=True) == []
+    assert due(player, 130.12, at_rest=False) == [press]
+    assert player.over and player.clock == pytest.approx(0.26)
 
 
 def test_an_action_sees_what_came_before_it() -> None:
     move, shot = Event("move", 1, 1), Action("screenshot", file="a.png")
     player = Player([Step(0.0, move), Step(0.0, shot), Step(0.0, move)])
-    assert [player.due(0.0, at_rest=False) for _ in range(3)] == [[move], [shot], [move]]
+    assert [due(player, 0.0, at_rest=False) for _ in range(3)] == [[move], [shot], [move]]
 
 
 def handled(events: list[Event], **how: Any) -> Any:

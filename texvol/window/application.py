@@ -41,6 +41,7 @@ class Application:
 
     def __init__(self, plan: Plan) -> None:
         self._plan, self._queue, self._played = plan, Queue(), Queue()
+        self._late = 0.0  # seconds since the events of the frame came
         self._timed: list[Frame] = []
         is_played = plan.player is not None
         # What is played back must not depend on what was done before.
@@ -140,7 +141,7 @@ class Application:
         screen.fullscreen(desk.preferences.fullscreen)
         if self._minimised:
             screen.wait(_MINIMISED)
-        self._interface.begin(events)
+        self._interface.begin(events, self._late)
         self._arrange()
         desk.update()
         freeing.limit(desk)
@@ -196,6 +197,7 @@ class Application:
     def _events(self) -> list[Event]:
         """Return the events since the last frame, including those played back from a script."""
         events, player = self._queue.take(), self._plan.player
+        self._late = self._queue.late
         if player is not None and not self._played_back:
             # Events of the real mouse would change the result of the script.
             events = [each for each in events if each.kind in ("close", "resize", "iconify", "focus")]
@@ -204,7 +206,7 @@ class Application:
         # A panel that is changed by an event shows the change one or two frames later.
         self._lively = _FRAMES_AFTER_EVENT if events else max(self._lively - 1, 0)
         if self._recorder and events:
-            self._recorder.add(events, self._desk.now)
+            self._recorder.add(events, self._desk.now - self._late)
         for event in events:
             if event.kind == "close":
                 closing.close(self._desk)
@@ -215,12 +217,13 @@ class Application:
     def _next_played(self, player: Player) -> list[Event]:
         """Return the events of a script for this frame, or do its next action."""
         if not self._played:
-            for item in player.due(self._desk.now, at_rest=self._at_rest):
-                if isinstance(item, Action):
-                    self._act(item)
+            for step in player.due(self._desk.now, at_rest=self._at_rest):
+                if isinstance(step.item, Action):
+                    self._act(step.item)
                 else:
-                    self._played.append(item)
+                    self._played.append(step.item, player.clock - step.t)
         events = self._played.take()
+        self._late = self._played.late
         for event in events:
             if event.kind == "resize":
                 self._screen.resize((int(event.x), int(event.y)))
@@ -299,7 +302,8 @@ class Application:
         mouse = not imgui.get_io().want_capture_mouse and not desk.gripping and not modal
         events = panels.parts.heard(events)
         free = {"mouse": mouse, "keyboard": not typing and not modal}
-        outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, desk.now, **free)
+        came = desk.now - self._late
+        outcome = desk.steering.handle(events, document.view, document.scene.box, desk.viewport, came, **free)
         if outcome.view is not document.view:
             desk.attempt(lambda: document.look(outcome.view))
         if outcome.clicked and not desk.measuring.tool:

@@ -5,6 +5,7 @@ Positions are in window coordinates, from the upper left corner. Keys and mouse 
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
@@ -127,10 +128,16 @@ class Queue:
     A frame of Dear ImGui knows where the mouse is, which buttons and keys are down, and what was typed, but not in
     which order that came about; some of its controls hear a click only if the mouse was over them in the frame before.
     So `take` returns no more events than one frame can tell apart. Letters that are typed fast stay together.
+
+    Attributes
+    ----------
+    late : float
+        Seconds since the last event of those taken last came: clicks that slow frames take apart are a double click.
     """
 
     def __init__(self) -> None:
-        self._waiting: deque[Event] = deque()
+        self._waiting: deque[tuple[Event, float]] = deque()  # and when they came
+        self.late = 0.0
 
     def __bool__(self) -> bool:
         """Return True if events wait."""
@@ -138,22 +145,26 @@ class Queue:
 
     def put(self, event: Event) -> int:
         """Add an event, and return the number of those that wait; a move replaces the move directly before it."""
-        last = self._waiting[-1] if self._waiting else None
-        if event.kind == "move" and last and last.kind == "move":
-            self._waiting[-1] = event
-        else:
-            self._waiting.append(event)
+        if event.kind == "move" and self._waiting and self._waiting[-1][0].kind == "move":
+            self._waiting.pop()
+        self.append(event)
         return len(self._waiting)
 
-    def append(self, event: Event) -> None:
-        """Add an event of a script, of which every move counts: what is played back depends on no frame rate."""
-        self._waiting.append(event)
+    def append(self, event: Event, late: float = 0.0) -> None:
+        """Add an event of a script that was due `late` seconds ago.
+
+        Every move counts, so that what is played back depends on no frame rate.
+        """
+        self._waiting.append((event, time.monotonic() - late))
 
     def take(self) -> list[Event]:
         """Return the next events in order, as many as belong in one frame."""
         taken: list[Event] = []
-        while self._waiting and not _comes_later(self._waiting[0], taken):
-            taken.append(self._waiting.popleft())
+        self.late = 0.0
+        while self._waiting and not _comes_later(self._waiting[0][0], taken):
+            event, came = self._waiting.popleft()
+            taken.append(event)
+            self.late = time.monotonic() - came
         return taken
 
 

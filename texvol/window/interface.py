@@ -53,18 +53,18 @@ class Interface:
         self._pressed: tuple[float, float] | None = None  # where the mouse was pressed and stays
         self._before = screen.time
 
-    def begin(self, events: Sequence[Event]) -> None:
-        """Begin a frame with the events since the last frame."""
+    def begin(self, events: Sequence[Event], late: float = 0.0) -> None:
+        """Begin a frame with the events since the last frame, which came `late` seconds ago."""
         io, screen = imgui.get_io(), self._screen
         if screen.scale != self.scale:
             self.scale = screen.scale
             _apply_style(self.scale)
-        size, pixels, now = screen.size, screen.pixels, screen.time
+        size, pixels = screen.size, screen.pixels
         io.display_size = imgui.ImVec2(*size)
         if size[0] and size[1]:
             io.display_framebuffer_scale = imgui.ImVec2(pixels[0] / size[0], pixels[1] / size[1])
-        io.delta_time = max(now - self._before, 1e-4)
-        self._before = now
+        io.delta_time = max(screen.time - late - self._before, 1e-4)
+        self._before += io.delta_time
         for event in events:
             _feed(io, event)
             self._hush(event)

@@ -106,7 +106,7 @@ class Player:
     def __init__(self, steps: Iterable[Step]) -> None:
         self._steps = list(steps)
         self._next = 0
-        self._clock = 0.0
+        self.clock = 0.0  # seconds, by which steps are due
         self._before: float | None = None
 
     @property
@@ -119,24 +119,24 @@ class Player:
         """True while the clock stands still until the picture is at rest."""
         return self._due_item() == Action("rest")
 
-    def due(self, now: float, *, at_rest: bool) -> list[Event | Action]:
+    def due(self, now: float, *, at_rest: bool) -> list[Step]:
         """Return the steps that are due at `now`, in seconds of any clock; an action is returned alone."""
         if self._before is not None and not self.waits:
-            self._clock += now - self._before
+            self.clock += now - self._before
         self._before = now
-        found: list[Event | Action] = []
+        found: list[Step] = []
         while (item := self._due_item()) is not None:
             if isinstance(item, Action) and (found or (item.do == "rest" and not at_rest)):
                 break
+            found.append(self._steps[self._next])
             self._next += 1
-            found.append(item)
             if isinstance(item, Action):
                 break
         return found
 
     def _due_item(self) -> Event | Action | None:
         """Return the item of the next step if its time has come, else None."""
-        return None if self.over or self._steps[self._next].t > self._clock else self._steps[self._next].item
+        return None if self.over or self._steps[self._next].t > self.clock else self._steps[self._next].item
 
 
 class Recorder:
