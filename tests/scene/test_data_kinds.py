@@ -44,6 +44,8 @@ SEEN: dict[str, tuple[Any, dict[str, str], str]] = {
     "a head in a space of the body": (head().astype(np.int16), {"space": RAS}, "MR"),
     "a head as float in 0 to 1": ((head() / head().max()).astype(np.float32), {"space": RAS}, "MR"),
     "a head nowhere": (head().astype(np.int16), {}, "measured"),
+    "a field with nothing around": (np.where(RADIUS < 0.9, 3 - X, np.nan).astype(np.float32), {}, "field"),
+    "a field with nothing around but below": (np.where((RADIUS < 0.9) | (Z < -0.9), 9 + Z, np.nan), {}, "field"),
     "a negative of a head": ((2000 - head()).astype(np.int16), {"space": RAS}, "dark"),
     "a negative in bytes": ((255 - np.clip((ct() + 1000) / 10, 0, 255)).astype(np.uint8), {}, "dark"),
     "a dark ball in transmitted light": ((1e-3 * (9 - np.exp(-8 * RADIUS**2))).astype(np.float32), {}, "dark"),

@@ -20,9 +20,9 @@ _LOOKED_AT = 1 << 24  # samples
 
 
 def mirrored(volume: Volume) -> Volume | None:
-    """Return a volume of some samples with high and low values exchanged; None if no object is dark before brightness.
+    """Return a volume of some samples with high and low values exchanged; None if there is no bright background.
 
-    A value v becomes `ends_of(volume)` together, less v.
+    A value v becomes the sum of `ends_of(volume)` less v.
     """
     seen = volume.overview
     both = sum(ends_of(volume))
@@ -33,15 +33,15 @@ def mirrored(volume: Volume) -> Volume | None:
     low, high = float(samples[far]), float(samples[-1 - far])
     sides = _sides(seen.values)
     # Nearly every volume that is no such thing ends here.
-    if not high > low or np.count_nonzero(sides > low / 2 + high / 2) < _AT_THE_ENDS * sides.size:
+    if not high > low or np.mean(sides > low / 2 + high / 2) < _AT_THE_ENDS:
         return None
     every = max(int(np.ceil((seen.values.size / _LOOKED_AT) ** (1 / 3))), 1)
     with np.errstate(over="ignore"):  # beyond what is typical there may be anything
         values = both - seen.values[::every, ::every, ::every].astype(np.float64)
     found = Volume(values, seen.spacing * every, direction=seen.direction, space=volume.space, name=volume.name)
     edge = medium_range(found)[0]
-    is_background = np.count_nonzero(both - sides <= edge) >= _AT_THE_ENDS * sides.size
-    return found if is_background and np.count_nonzero(found.values > edge) >= _LEAST_OBJECT * values.size else None
+    is_background = np.mean(both - sides <= edge) >= _AT_THE_ENDS
+    return found if is_background and np.mean(values > edge) >= _LEAST_OBJECT else None
 
 
 def ends_of(volume: Volume) -> tuple[float, float]:
@@ -58,7 +58,6 @@ def as_seen(medium: TransferFunction, volume: Volume) -> TransferFunction:
 
 
 def _sides(values: NDArray) -> NDArray[np.float64]:
-    """Return the finite samples of the box's six sides."""
+    """Return the samples of the box's six sides."""
     sides = [np.take(values, end, axis=axis).reshape(-1) for axis in range(3) for end in (0, -1)]
-    found = np.concatenate(sides).astype(np.float64)
-    return found[np.isfinite(found)]
+    return np.concatenate(sides).astype(np.float64)
