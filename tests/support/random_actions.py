@@ -123,7 +123,8 @@ def check_window(display: str, folder: Path, name: str, seed: int, count: int, r
     assert max(painters[quarter:]) <= 3 and min(painters[quarter : 3 * quarter]) >= 2
     # Libraries, programs of new kinds of scenes and caches fill at first, on a busy machine for a minute. A repeat of
     # the same actions finds them there: what it adds to what is held stays for every action, and is a leak.
-    assert sum(grown(*each) for each in held.values()) < _MOST_GROWTH * repeated
+    growth = {each: grown(*sizes) for each, sizes in held.items()}
+    assert sum(growth.values()) < _MOST_GROWTH * repeated, growth
 
 
 def grown(first: list[int], before: list[int], after: list[int]) -> int:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 import signal
+import subprocess
 import threading
 import time
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from dataclasses import replace
 from multiprocessing.connection import Pipe
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -268,6 +270,16 @@ def test_a_film_is_an_orbit(studio: Studio, tmp_path: Path) -> None:
     assert answers[-1].kind == "done" and answers[-1].metadata["views"] == 3
     assert [answer.metadata["done"] for answer in answers[:-1]] == pytest.approx([0, 1 / 3, 2 / 3])
     assert sorted(each.name for each in tmp_path.iterdir()) == ["f00.png", "f01.png", "f02.png"]
+
+
+def test_closing_waits_only_so_long_for_a_process_that_was_killed() -> None:
+    studio = Studio()
+    process = studio.painter._process
+    with patch.object(process, "wait", side_effect=subprocess.TimeoutExpired("painter", 1)) as wait:
+        studio.painter.close()
+    assert wait.called
+    studio.shared.close()
+    assert process.wait(PATIENCE) == -signal.SIGKILL
 
 
 def test_closing_leaves_no_process_and_no_descriptor() -> None:

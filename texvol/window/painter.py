@@ -25,7 +25,7 @@ from texvol.window.jobs import Answer, Job
 from texvol.window.transport import Sender, SharedArrays
 
 _CLOSED = np.iinfo(np.int64).max
-_PATIENCE = 2.0  # seconds to wait for the end of a killed process
+_PATIENCE = 5.0  # seconds to wait for the end of a killed process
 
 
 class Painter:
@@ -134,7 +134,8 @@ class Painter:
         with contextlib.suppress(OSError):
             self._connection.close()
         self._process.kill()  # it has no files open that it writes
-        self._process.wait(_PATIENCE)
+        with contextlib.suppress(subprocess.TimeoutExpired):  # a busy machine may take long to take its memory back
+            self._process.wait(_PATIENCE)
         self._listener.join(_PATIENCE)
 
     def _listen(self, process: subprocess.Popen[bytes], connection: Connection, newest: NDArray[np.int64]) -> None:

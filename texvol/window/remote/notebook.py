@@ -131,7 +131,8 @@ class Window:
                 process.wait(_PATIENCE)
             except subprocess.TimeoutExpired:
                 process.kill()
-                process.wait(_PATIENCE)
+                with contextlib.suppress(subprocess.TimeoutExpired):
+                    process.wait(_PATIENCE)
 
     def _listen(self, connection: Connection, take: Any) -> None:
         with contextlib.suppress(EOFError, OSError), connection:
