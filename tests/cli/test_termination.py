@@ -9,6 +9,8 @@ import sys
 import threading
 import time
 import weakref
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +105,14 @@ def test_a_signal_of_which_a_library_makes_an_import_error(number: int, patch: s
     """As compiled libraries do of any exception; without a signal (number 0) the error is what it says."""
     process = _ended(_LOADS.format(number=int(number), patch=patch))
     assert (process.returncode, process.stdout, process.stderr) == (status, "", said)
+
+
+@pytest.mark.parametrize("context", [termination.heard, termination.never_lost])
+def test_an_earlier_signal_is_no_reason_for_an_import_error(context: Callable[[], AbstractContextManager]) -> None:
+    with pytest.raises(KeyboardInterrupt), termination.never_lost():
+        signal.raise_signal(signal.SIGINT)
+    with pytest.raises(ImportError, match="no such thing"), context():
+        raise ImportError("no such thing")
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,7 @@ from types import FrameType
 
 SIGNALS = (signal.SIGTERM, signal.SIGHUP)
 _LATER = 0.01  # seconds: raised at once, it would be dropped with the rest of the callback
-_arrived: list[int] = []  # signals since `never_lost` began
+_arrived: list[int] = []  # numbers of signals, in order
 
 
 class Terminated(BaseException):
@@ -31,7 +31,7 @@ class Terminated(BaseException):
 @contextmanager
 def heard() -> Iterator[None]:
     """Raise Terminated on `SIGNALS` within this context; ignored signals (nohup) stay ignored."""
-    ours = []
+    ours, before = [], len(_arrived)
     if threading.current_thread() is threading.main_thread():  # Python handles signals there only
         ours = [each for each in SIGNALS if signal.getsignal(each) is signal.SIG_DFL]
     try:
@@ -39,7 +39,7 @@ def heard() -> Iterator[None]:
             signal.signal(each, _raise)
         yield
     except Exception as error:
-        _raise_what_ended(error)
+        _raise_what_ended(error, before)
         raise
     finally:
         for each in ours:
@@ -53,35 +53,35 @@ def never_lost() -> Iterator[None]:
     It does so with whatever is raised in a destructor or in the callback of a weak reference, as imports have: a
     command that is interrupted while its libraries load would go on as if nothing had been said.
     """
-    before = sys.unraisablehook
-    _arrived.clear()
+    hook, before = sys.unraisablehook, len(_arrived)
     ours = threading.current_thread() is threading.main_thread()
     ours = ours and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-    sys.unraisablehook = partial(_again, before)
+    sys.unraisablehook = partial(_again, hook)
     try:
         if ours:
             signal.signal(signal.SIGINT, _interrupt)
         yield
     except Exception as error:
-        _raise_what_ended(error)
+        _raise_what_ended(error, before)
         raise
     finally:
-        sys.unraisablehook = before
+        sys.unraisablehook = hook
         if ours:
             signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _raise_what_ended(error: BaseException) -> None:
-    """Raise KeyboardInterrupt or Terminated if a signal arrived and an import failed on the way to this error.
+def _raise_what_ended(error: BaseException, before: int) -> None:
+    """Raise KeyboardInterrupt or Terminated if an import failed on the way to this error, and a signal has arrived.
 
-    Compiled libraries (numpy's, for one) import others and say of any exception that the import failed.
+    Compiled libraries (numpy's, for one) import others and say of any exception that the import failed. The first
+    `before` signals that have arrived are older.
     """
     while not isinstance(error, ImportError):
         earlier = error.__cause__ or error.__context__
         if earlier is None:
             return
         error = earlier
-    if _arrived:
+    if len(_arrived) > before:
         raise (KeyboardInterrupt() if _arrived[-1] == signal.SIGINT else Terminated(_arrived[-1])) from error
 
 
