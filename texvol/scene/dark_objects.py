@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from texvol.scene.distances import samples_of_sides
 from texvol.scene.transfer import TransferFunction
 from texvol.scene.transfer.units import medium_range, typical_samples
 from texvol.scene.volume import Volume
@@ -31,7 +32,7 @@ def mirrored(volume: Volume) -> Volume | None:
     samples = typical_samples(volume)
     far = samples.size // 1000
     low, high = float(samples[far]), float(samples[-1 - far])
-    sides = _sides(seen.values)
+    sides = samples_of_sides(seen.values).astype(np.float64)
     # Nearly every volume that is no such thing ends here.
     if not high > low or np.mean(sides > low / 2 + high / 2) < _AT_THE_ENDS:
         return None
@@ -55,9 +56,3 @@ def as_seen(medium: TransferFunction, volume: Volume) -> TransferFunction:
     parts = medium.colors[::-1], medium.extinctions[::-1]
     values: NDArray[np.float64] = sum(ends_of(volume)) - medium.values[::-1]
     return replace(medium, values=values, colors=parts[0], extinctions=parts[1])
-
-
-def _sides(values: NDArray) -> NDArray[np.float64]:
-    """Return the samples of the box's six sides."""
-    sides = [np.take(values, end, axis=axis).reshape(-1) for axis in range(3) for end in (0, -1)]
-    return np.concatenate(sides).astype(np.float64)

@@ -38,6 +38,11 @@ def depth_inside(volume: Volume) -> float | None:
     return -outside * step if outside else None
 
 
+def samples_of_sides(values: NDArray) -> NDArray:
+    """Return the samples of the box's six sides, those of its edges more than once."""
+    return np.concatenate([np.take(values, end, axis=axis).reshape(-1) for axis in range(3) for end in (0, -1)])
+
+
 def _gradients(volume: Volume, ends: tuple[float, float]) -> NDArray[np.float64]:
     """Return the lengths of gradients at some samples inside of the box, data units per world unit.
 
@@ -67,6 +72,5 @@ def _gradients(volume: Volume, ends: tuple[float, float]) -> NDArray[np.float64]
 
 def _sign_at_the_ends(values: NDArray) -> int:
     """Return the sign of nearly all samples of the box's six sides, 0 if there is none."""
-    sides = np.concatenate([np.take(values, end, axis=axis).reshape(-1) for axis in range(3) for end in (0, -1)])
-    positive = float((sides > 0).mean())
+    positive = float((samples_of_sides(values) > 0).mean())
     return 1 if positive >= _AT_THE_ENDS else -1 if positive <= 1 - _AT_THE_ENDS else 0
