@@ -12,7 +12,7 @@ OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
 export OPENBLAS_NUM_THREADS
 # Types are checked in the time that tests leave over: a third of it they wait for windows, workers and servers.
 said=$(mktemp)
-nice -n 19 .venv/bin/python -m mypy --no-error-summary >"$said" 2>&1 &
+nice -n 5 .venv/bin/python -m mypy --no-error-summary >"$said" 2>&1 &
 checking=$!
 trap 'kill $checking 2>/dev/null || :; rm -f "$said"' EXIT
 trap 'exit 130' INT
