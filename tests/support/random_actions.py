@@ -78,7 +78,7 @@ def random_steps(seed: int, count: int) -> Steps:
 
 
 def with_repeats(steps: Steps, count: int, repeats: int = 2) -> Steps:
-    """The steps, and the first `count` of all actions some times more; files 1.png … say that a repeat begins."""
+    """The steps, and the first `count` of all actions again and again; files 1.png … say when that begins or ends."""
     start = steps[-1]["t"] + _APART
     found: Steps = [{"t": 0, "do": "rest"}, *steps]
     for number in range(1, repeats + 1):
@@ -86,7 +86,7 @@ def with_repeats(steps: Steps, count: int, repeats: int = 2) -> Steps:
         again = [step for step in steps if step["t"] < _APART * (count - 0.5)]
         found += [step | {"t": round(start + step["t"], 3)} for step in again]
         start += _APART * count
-    return found
+    return [*found, {"t": start, "do": "screenshot", "file": f"{repeats + 1}.png"}]
 
 
 def channels_over_time(folder: Path) -> str:
@@ -106,16 +106,19 @@ def check_window(display: str, folder: Path, name: str, seed: int, count: int, r
     off for newer ones, and a repeat may come to the first of a kind: then what is a leak grows in later ones as well.
     """
     most = _MOST_GROWTH * repeated
-    growth = _growth(display, folder, name, random_steps(seed, count), repeated, 2)
+    growth = _growth(display, folder, name, random_steps(seed, count), repeated, 4)
     if sum(growth.values()) >= most:
-        growth = _growth(display, folder, name, random_steps(seed, count), repeated, 5)
+        growth = _growth(display, folder, name, random_steps(seed, count), repeated, 8)
     assert sum(growth.values()) < most, growth
 
 
 def _growth(display: str, folder: Path, name: str, steps: Steps, repeated: int, repeats: int) -> dict[int, int]:
-    """Return by how many bytes each process of a window that is played steps grows in the last of some repeats."""
-    starts = [folder / f"{number}.png" for number in range(1, repeats + 1)]
-    for each in starts:
+    """Return by how many bytes each process of a window that is played steps grows in one of the last two repeats.
+
+    What one repeat switches on the next one switches off, so that they hold alternately more and less, by 4 MB.
+    """
+    marks = [folder / f"{number}.png" for number in range(1, repeats + 2)]
+    for each in marks:
         each.unlink(missing_ok=True)
     steps = with_repeats(steps, repeated, repeats)
     words = ["--size", "200x300", "--script", script(folder, steps), "--timings", "t.csv"]
@@ -125,8 +128,8 @@ def _growth(display: str, folder: Path, name: str, steps: Steps, repeated: int, 
     end = time.monotonic() + PATIENCE + 2 * _APART * len(steps)
     while process.poll() is None and time.monotonic() < end:
         time.sleep(0.1)
-        repeat = sum(start.exists() for start in starts)
-        for each, bytes_held in memory_of_each(process.pid).items():
+        repeat = sum(mark.exists() for mark in marks)
+        for each, bytes_held in memory_of_each(process.pid).items() if repeat <= repeats else ():  # else it ends
             held.setdefault(each, [[] for _ in range(repeats + 1)])[repeat].append(bytes_held)
         painters.append(len(children_of(process.pid)))
     if process.poll() is None:
@@ -138,11 +141,11 @@ def _growth(display: str, folder: Path, name: str, steps: Steps, repeated: int, 
     quarter = len(painters) // 4
     # Mover and refiner; only the clerk, who writes pictures, comes later.
     assert max(painters[quarter:]) <= 3 and min(painters[quarter : 3 * quarter]) >= 2
-    return {each: grown(*sizes[-3:]) for each, sizes in held.items()}
+    return {each: grown(sizes[0], sizes[-3], sizes[-1]) // 2 for each, sizes in held.items()}
 
 
 def grown(first: list[int], before: list[int], after: list[int]) -> int:
-    """By how much the least that a process holds grows from a repeat to the next; 0 of one that begins in a repeat.
+    """By how much the least that a process holds grows from one repeat to another; 0 of one that begins in a repeat.
 
     What leaks stays, and raises the least as much as the most; what comes and goes is no growth. The first half of each
     repeat does not count, since a process may still load its libraries in it.

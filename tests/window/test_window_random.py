@@ -55,6 +55,7 @@ def test_every_kind_of_action_is_played() -> None:
 def test_the_repeats_are_the_first_actions_again() -> None:
     steps = with_repeats(random_steps(1, ACTIONS), REPEATED)
     begins = [number for number, step in enumerate(steps) if step.get("do") == "screenshot"]
-    one, other = steps[begins[0] + 1 : begins[1]], steps[begins[1] + 1 :]
+    one, other = steps[begins[0] + 1 : begins[1]], steps[begins[1] + 1 : begins[2]]
+    assert begins[3:] == [] and begins[2] == len(steps) - 1
     assert [step | {"t": 0} for step in one] == [step | {"t": 0} for step in other]
     assert len(one) > REPEATED and [step["t"] for step in steps] == sorted(step["t"] for step in steps)
