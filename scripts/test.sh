@@ -10,7 +10,7 @@ sh scripts/setup.sh test osmesa
 # Matrix products of the tests are small: threads for them only wait for each other.
 OPENBLAS_NUM_THREADS=${OPENBLAS_NUM_THREADS:-1}
 export OPENBLAS_NUM_THREADS
-# Types are checked in the time that tests leave over: a third of it they wait for windows, workers and servers.
+# Types are checked in the time in which tests wait for windows, workers and servers.
 said=$(mktemp)
 nice -n 5 .venv/bin/python -m mypy --no-error-summary >"$said" 2>&1 &
 checking=$!

@@ -76,7 +76,7 @@ from texvol.util.errors import InputError
 def loads(*_):
     try:
         os.kill(os.getpid(), {number})
-        signal.sigtimedwait([], 5)
+        signal.sigtimedwait([], 5 if {number} else 0)
         sys.exit()
     except BaseException:
         raise ImportError("could not import module datetime") from None
